@@ -16,9 +16,8 @@ from comparisons.judging.verdicts import Verdict, worst
 from comparisons.questions.study import solved_in_memory
 from comparisons.results.advice import Setting, advise
 from comparisons.results.exports import curves, measures
+from comparisons.results.record import SceneRecord, asked_in_vain
 from comparisons.results.scene_record import record_scene
-from comparisons.results.selection import asked_in_vain, judged_methods, verdicts
-from comparisons.results.store import SceneRecord
 from comparisons.solving.plan import Effort
 from comparisons.solving.planning import Source, plan_scene, refuse_unsolvable
 from reports.tables.judged import methods_table
@@ -102,11 +101,11 @@ class Comparison:
 
         Default: the reduced model or, if it was not run, your own method.
         """
-        return worst(verdicts(self.record, method or self._leading))
+        return worst(self.record.verdicts_on(method or self._leading))
 
     @property
     def _leading(self) -> str:
-        return judged_methods(self.record)[0]
+        return self.record.judged_methods[0]
 
     def table(self) -> pd.DataFrame:
         """Return one row per method, resolution and compared quantity.

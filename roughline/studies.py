@@ -16,9 +16,9 @@ from comparisons.questions.campaign import Campaign, Watch
 from comparisons.results import run_comparison
 from comparisons.results.finding import methods_of
 from comparisons.results.folder import held
+from comparisons.results.record import StudyRecord
 from comparisons.results.run_comparison import MOVED, SAME, SLOWER, Change, RunComparison
-from comparisons.results.selection import judged_methods
-from comparisons.results.store import StudyRecord, load_study
+from comparisons.results.store import load_study
 from comparisons.scene.scene import as_changes
 from comparisons.solving.jobs import Done
 from comparisons.solving.plan import Effort
@@ -112,7 +112,7 @@ class Results:
 
     def _repr_html_(self) -> str:
         scenes = self.record.scenes[:MOST_ROWS]
-        judged = [judged_methods(scene)[0] for scene in scenes]
+        judged = [scene.judged_methods[0] for scene in scenes]
         sentences = [
             f"{comparison.name}: {text}" for comparison in self for text in comparison.disagreements
         ]

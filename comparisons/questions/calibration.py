@@ -38,7 +38,7 @@ from comparisons.methods.solver import Refused
 from comparisons.questions.calibration_cases import Case, Held, held, held_against, table
 from comparisons.questions.campaign import Campaign
 from comparisons.results.folder import PAGE, Header, Layout
-from comparisons.results.selection import ROUGH_SURFACES, SINGLE_CONTACTS
+from comparisons.results.record import ROUGH_SURFACES, SINGLE_CONTACTS
 from comparisons.scene.scene import load_scene, make_scene
 from comparisons.solving.inquiries import Inquiry, curves, together
 from comparisons.solving.plan import Plan

@@ -12,7 +12,7 @@ from comparisons.facts.methods import MODEL as MODEL_NAME
 from comparisons.formatting import number
 from comparisons.questions.campaign import Watch
 from comparisons.questions.study import Study
-from comparisons.results import selection
+from comparisons.results.record import MEAN, SceneRecord, StudyRecord
 from comparisons.results.rows import NO_ROWS
 from comparisons.results.run_comparison import (
     CHANGED,
@@ -23,8 +23,7 @@ from comparisons.results.run_comparison import (
     Change,
     compare_runs,
 )
-from comparisons.results.selection import MEAN
-from comparisons.results.store import SceneRecord, StudyRecord, load_study, save_study
+from comparisons.results.store import load_study, save_study
 from comparisons.scene.scene import SINGLE, load_scene
 from comparisons.solving.plan import Plan
 from comparisons.solving.planning import plan_scene
@@ -130,7 +129,7 @@ def drift(
     findings = []
     for scene in now.scenes:
         was = before.get(scene.name)
-        if was is None or method not in selection.methods(was):
+        if was is None or method not in was.methods:
             text = "not in the baseline: --update adds it"
             findings.append(Finding(scene.name, MODEL, text, True))
         elif _problem(was) != _problem(scene):

@@ -33,9 +33,9 @@ from comparisons.results.ensemble_folder import (
     survey,
 )
 from comparisons.results.folder import Header, Run, filled
+from comparisons.results.record import FIELDS_FOLDER, SceneRecord, StudyRecord
 from comparisons.results.run_comparison import MOVED
-from comparisons.results.selection import setting_rows
-from comparisons.results.store import FIELDS, STUDY, SceneRecord, StudyRecord, load_study
+from comparisons.results.store import STUDY, load_study
 from comparisons.scene.scene import Scene, parse_scene, validated
 from comparisons.solving.plan import Plan
 from comparisons.solving.plan_record import MethodPlan
@@ -229,9 +229,9 @@ def _other_versions(directory: Path, run: StudyRecord | EnsembleRecord) -> Itera
 def _kept(run: StudyRecord, record: SceneRecord, task: Task) -> Solution | None:
     """Return the solution of a task in a run; None where it is in another run, or lost."""
     try:
-        return load_solution(run.directory / FIELDS / f"{task.key}.npz")
+        return load_solution(run.directory / FIELDS_FOLDER / f"{task.key}.npz")
     except ResultsError:
-        rows = setting_rows(record, task.method, task.resolution)
+        rows = record.setting_rows(task.method, task.resolution)
         lost = set(rows["realisation"][~rows["converged"]]) & set(map(str, task.realisations))
         if run.part or run.interrupted or not len(rows) or lost:
             return None

@@ -16,17 +16,9 @@ from comparisons.machine import source_digest
 from comparisons.questions.campaign import WHOLE, Campaign, Options, Part
 from comparisons.results.exports import MEASURES, TO_TAKE, write_exports, write_fields
 from comparisons.results.folder import MAILED, PAGE, Header, Layout, Run
+from comparisons.results.record import FIELDS_FOLDER, SceneRecord, StudyRecord
 from comparisons.results.scene_record import record_scene
-from comparisons.results.store import (
-    DISTRIBUTIONS,
-    FIELDS,
-    RESULTS,
-    STUDY,
-    SceneRecord,
-    StudyRecord,
-    read_study,
-    save_study,
-)
+from comparisons.results.store import DISTRIBUTIONS, RESULTS, STUDY, read_study, save_study
 from comparisons.solving.compilation import compile_apart
 from comparisons.solving.execution import execute
 from comparisons.solving.inquiries import Inquiry, solve_job
@@ -57,7 +49,7 @@ class Study(Campaign[None, StudyRecord]):
     """
 
     layout: ClassVar[Layout | None] = Layout(
-        STUDY, (RESULTS, MEASURES, DISTRIBUTIONS, TO_TAKE, PAGE, MAILED), FIELDS
+        STUDY, (RESULTS, MEASURES, DISTRIBUTIONS, TO_TAKE, PAGE, MAILED), FIELDS_FOLDER
     )
 
     def __init__(
@@ -232,7 +224,7 @@ class Study(Campaign[None, StudyRecord]):
         return self.part[1] > 1
 
     def _path(self, task: Task) -> Path:
-        return self.directory / FIELDS / f"{task.key}.npz"
+        return self.directory / FIELDS_FOLDER / f"{task.key}.npz"
 
     def solved(self, plan: Plan) -> Solved:
         """Return the solutions of a plan for which all blocks of realisations are done."""

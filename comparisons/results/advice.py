@@ -25,21 +25,8 @@ from comparisons.judging.verdicts import (
     judged,
     worst,
 )
-from comparisons.results import selection
+from comparisons.results.record import Cost, SceneRecord, once
 from comparisons.results.run_comparison import SLOWER
-from comparisons.results.selection import (
-    Cost,
-    by_chance,
-    cost,
-    equal_at,
-    finest,
-    judged_methods,
-    levels,
-    setting_verdicts,
-    unanswered,
-    verdicts,
-)
-from comparisons.results.store import SceneRecord, once
 
 # Its errors are against a finer grid of its own.
 ITSELF = "* same method as the reference"
@@ -222,29 +209,29 @@ def advise(record: SceneRecord) -> Advice:
     """Say which method to use for the asked quantities of a scene at its tolerance.
 
     A setting meets the tolerance t where |e| + u <= t in every quantity and at every load step,
-    with u the bar (`comparisons.results.selection`). The truth itself is a setting too: it meets
+    with u the bar (`comparisons.results.record`). The truth itself is a setting too: it meets
     what its own bar is within.
     """
-    nothing = unanswered(record)
+    nothing = record.unanswered
     truth, finest_truth = record.reference.method, record.reference.resolution
     settings = [
         Setting(
             method,
             level,
-            cost(record, method, level),
-            setting_verdicts(record, method, level),
+            record.cost(method, level),
+            record.setting_verdicts(method, level),
             judges_itself=method == truth,
-            called=selection.title(record, method),
+            called=record.title_of(method),
         )
-        for method in selection.methods(record)
-        for level in levels(record, method)
+        for method in record.methods
+        for level in record.levels(method)
     ]
     if truth:
         bars = []
         for name in record.quantities:
             asked: dict[str, Any] = {
                 "quantity": name,
-                "at": equal_at(record, name),
+                "at": record.equal_at(name),
                 "tolerance": record.tolerance,
             }
             if name in nothing:
@@ -254,17 +241,17 @@ def advise(record: SceneRecord) -> Advice:
             known = record.reference.bars.get(name) or Bar(uncertainty, -1)
             decided = vars(judged(0.0, known.bar, record.tolerance)) | {"step": known.step}
             bars.append(Verdict(**asked, **decided))
-        called = selection.title(record, truth)
-        spent = cost(record, truth, finest_truth)
+        called = record.title_of(truth)
+        spent = record.cost(truth, finest_truth)
         settings.append(Setting(truth, finest_truth, spent, tuple(bars), True, True, called))
-    depths = {name: finest(record, name) for name in selection.methods(record)}
+    depths = {name: record.finest(name) for name in record.methods}
     advice = Advice(
         tuple(name for name in record.quantities if name not in nothing),
         record.tolerance,
         tuple(sorted(settings, key=_by_time)),
         finest={name: level for name, level in depths.items() if level is not None},
         unanswered=nothing,
-        lucky=frozenset(name for name in depths if by_chance(record, name)),
+        lucky=frozenset(name for name in depths if record.by_chance(name)),
     )
     return replace(advice, sentence=_sentence(record, advice), single=_single(record))
 
@@ -321,19 +308,19 @@ def _sentence(record: SceneRecord, advice: Advice) -> str:
 
 
 def _single(record: SceneRecord) -> str:
-    method = judged_methods(record)[0]
-    known = [verdict for verdict in verdicts(record, method) if verdict.single != MISSING]
+    method = record.judged_methods[0]
+    known = [verdict for verdict in record.verdicts_on(method) if verdict.single != MISSING]
     if not known:
         return ""
     level = int(known[0].resolution)
-    spent = cost(record, method, level)
+    spent = record.cost(method, level)
     noun = "line" if METHODS[method].dimension == 1 else "surface"
     errors = [
         f"{quantity(v.quantity).label} {v.single}"
         + (f" (load step {v.single_step + 1})" if v.single_step >= 0 else "")
         for v in known
     ]
-    title = selection.title(record, method)
+    title = record.title_of(method)
     return (
         f"One {noun} of the {title} takes {duration(spent.single_seconds)} (N = {level}); 90 % of "
         f"the {count(spent.surfaces)} {noun}s err within: {', '.join(errors)}."
@@ -372,10 +359,10 @@ def _truth_words(record: SceneRecord, quantities: tuple[str, ...]) -> str:
     bar = truth_known_to(record, quantities)
     accuracy = f"known to {relative(bar)}"
     if not math.isfinite(bar):
-        grids = set(selection.solved_rows(record, method)["resolution"])
+        grids = set(record.solved_rows(method)["resolution"])
         alone = ": only one resolution was run" if len(grids) == 1 else ""
         accuracy = f"its error is not known{alone}"
     level = f"N = {record.reference.resolution}"
-    if ensemble := cost(record, method, record.reference.resolution).solves:
+    if ensemble := record.cost(method, record.reference.resolution).solves:
         level += f", mean over {ensemble}"
-    return f"{selection.title(record, method)} ({level}), {accuracy}"
+    return f"{record.title_of(method)} ({level}), {accuracy}"

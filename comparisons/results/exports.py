@@ -11,9 +11,9 @@ import pandas as pd
 
 from comparisons.facts.quantities import CURVES, NORMAL, in_order, quantity
 from comparisons.files import write_atomically, write_table
-from comparisons.results import selection
+from comparisons.results.record import SceneRecord, StudyRecord
 from comparisons.results.rows import Rows
-from comparisons.results.store import SceneRecord, StudyRecord, stacked
+from comparisons.results.store import stacked
 
 if TYPE_CHECKING:
     import meshio
@@ -50,7 +50,7 @@ def measures(scene: SceneRecord) -> pd.DataFrame:
     for item in scene.verdicts:
         if not (item.resolution and item.counts and item.offered):
             continue
-        rows = selection.setting_rows(scene, item.method, item.resolution)
+        rows = scene.setting_rows(item.method, item.resolution)
         table.append(
             {"scene": scene.name, "method": item.method, "resolution": item.resolution}
             | {name: rows[name][0] for name in COST}
@@ -74,9 +74,9 @@ def curves(scene: SceneRecord) -> pd.DataFrame:
     the methods in the order of every legend, the quantities in theirs. Of random surfaces these
     are the means.
     """
-    along = selection.drawn_along(scene)
+    along = scene.drawn_along
     names = in_order({*NORMAL, "contact_area", *scene.quantities} & {*CURVES, *NORMAL} - {along})
-    found = {name: selection.curve(scene, name) for name in selection.methods(scene)}
+    found = {name: scene.curve(name) for name in scene.methods}
     found = {name: rows for name, rows in found.items() if len(rows)}
     steps = np.unique(np.concatenate([[], *(rows["step"] for rows in found.values())]))
 

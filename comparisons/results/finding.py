@@ -16,8 +16,7 @@ from comparisons.facts.methods import CLOSED_FORM, MODEL, title_of
 from comparisons.facts.quantities import in_order, quantity
 from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN, Verdict, worst
 from comparisons.results.advice import Setting, advise
-from comparisons.results.selection import by_chance, depends_on_depth, judged_methods, verdicts
-from comparisons.results.store import SceneRecord, once
+from comparisons.results.record import SceneRecord, depends_on_depth, once
 from comparisons.scene.indenters import AnyIndenter
 from comparisons.scene.indenters.indenter import Indenter
 
@@ -114,21 +113,19 @@ class _Standing:
 
 def deciding(record: SceneRecord) -> Verdict | None:
     """Return the verdict that decides over a scene: that of the method that its page leads with."""
-    judgements = verdicts(record, judged_methods(record)[0])
+    judgements = record.verdicts_on(record.judged_methods[0])
     return worst(judgements) if judgements else None
 
 
 def methods_of(records: Sequence[SceneRecord]) -> list[str]:
     """Return the methods that a finding is made for: the model first, and those of the user."""
-    named = dict.fromkeys(name for record in records for name in judged_methods(record))
+    named = dict.fromkeys(name for record in records for name in record.judged_methods)
     return sorted(named, key=lambda name: name != MODEL)
 
 
 def finding(records: Sequence[SceneRecord], method: str = MODEL) -> list[FamilyRow]:
     """Return where a method holds, where not, and what to use there."""
-    standings = [
-        _standing(record, method) for record in records if method in judged_methods(record)
-    ]
+    standings = [_standing(record, method) for record in records if method in record.judged_methods]
     families = [item.family for item in standings]
     # the scenes of each row, families joined as far as they must be
     joined: tuple[Callable[[_Standing], tuple[str, str]], ...] = (
@@ -164,10 +161,10 @@ def answers(record: SceneRecord, verdict: Verdict) -> bool:
 
 
 def _standing(record: SceneRecord, method: str) -> _Standing:
-    known = [item for item in verdicts(record, method) if answers(record, item)]
+    known = [item for item in record.verdicts_on(method) if answers(record, item)]
     held = in_order(item.quantity for item in known if item.word == WITHIN)
     within = list(map(symbol, held))
-    if within and by_chance(record, method):
+    if within and record.by_chance(method):
         use = NOT_KNOWN
     elif not within:
         use = NO if any(item.word == OUTSIDE for item in known) else NOT_KNOWN

@@ -16,8 +16,7 @@ from scipy.special import stdtrit
 
 from comparisons import formatting as fmt
 from comparisons.facts.methods import MODEL, title_of
-from comparisons.results import selection
-from comparisons.results.store import SceneRecord
+from comparisons.results.record import SceneRecord
 
 
 def measured_curve(scene: SceneRecord) -> tuple[np.ndarray, np.ndarray] | None:
@@ -28,7 +27,7 @@ def measured_curve(scene: SceneRecord) -> tuple[np.ndarray, np.ndarray] | None:
 
 def computed_curve(scene: SceneRecord, method: str) -> tuple[np.ndarray, np.ndarray]:
     """Return the penetrations and forces of a method at its finest resolution, increasing."""
-    rows = selection.curve(scene, method)
+    rows = scene.curve(method)
     depth, force = (rows[name] for name in ("penetration", "force"))
     keep = (depth > 0) & (force > 0)
     order = np.argsort(depth[keep], kind="stable")

@@ -10,9 +10,8 @@ import numpy as np
 import pandas as pd
 
 from comparisons.formatting import duration, finite, number, relative
-from comparisons.results import selection
+from comparisons.results.record import SceneRecord, StudyRecord
 from comparisons.results.rows import NO_ROWS
-from comparisons.results.store import SceneRecord, StudyRecord
 
 # The same solve on another machine ends within the tolerance of its iterations (1e-6).
 MOVED = 1e-5
@@ -128,7 +127,7 @@ def compare_runs(
             (method, int(n))
             for scene in scenes
             for method in dict.fromkeys(scene.rows["method"])
-            for n in selection.run_at(scene, method)
+            for n in scene.run_at(method)
         )
         changes += [
             _change(name, method, n, was, now, tolerances.get(method, moved), slower)
@@ -185,10 +184,7 @@ def _change(
 ) -> Change:
     """Return what became of one solve: a method at a resolution."""
     setting = method, resolution
-    old, new = (
-        NO_ROWS if scene is None else selection.setting_rows(scene, *setting)
-        for scene in (was, now)
-    )
+    old, new = (NO_ROWS if scene is None else scene.setting_rows(*setting) for scene in (was, now))
     if was is None or now is None or not len(old) or not len(new):
         text = f"in the {'first' if len(old) else 'second'} run only"
         return Change(name, method, resolution, (ONE_SIDED,), text=text)

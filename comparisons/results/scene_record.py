@@ -16,11 +16,9 @@ from comparisons.judging.comparison import compare, truth_bars
 from comparisons.judging.reference import NO_REFERENCE, Reference
 from comparisons.judging.truth import Truth
 from comparisons.judging.verdicts import NO_RESULT, Verdict
-from comparisons.results import selection
 from comparisons.results.advice import advise
+from comparisons.results.record import NOBODY, SceneRecord
 from comparisons.results.rows import Rows
-from comparisons.results.selection import NOBODY, equal_at, levels, not_asked
-from comparisons.results.store import SceneRecord
 from comparisons.solving.execution import THREADS, this_machine
 from comparisons.solving.plan import Plan
 from comparisons.tasks.solution import Solved
@@ -92,11 +90,11 @@ def explained(record: SceneRecord) -> tuple[Verdict, ...]:
     verdicts = {
         (item.method, item.resolution, item.quantity, item.at): item for item in record.verdicts
     }
-    for method in selection.methods(record):
+    for method in record.methods:
         missing = {name: _why_missing(record, name, method) for name in record.quantities}
-        for level in levels(record, method) or [0]:
+        for level in record.levels(method) or [0]:
             for name, reason in missing.items():
-                key = (method, level, name, equal_at(record, name))
+                key = (method, level, name, record.equal_at(name))
                 found = verdicts.get(key)
                 if found and found.word != NO_RESULT:
                     continue
@@ -116,47 +114,47 @@ def explained(record: SceneRecord) -> tuple[Verdict, ...]:
 def _why_unanswered(record: SceneRecord, name: str) -> str:
     if not record.reference.method:
         return "no reference: no 3-D method finished"
-    at = equal_at(record, name)
+    at = record.equal_at(name)
     known = (item for item in record.verdicts if (item.quantity, item.at) == (name, at))
     if any(math.isfinite(item.error) for item in known):
         return ""
-    if zero := _why_zero(record, name, selection.solved(record)[name]):
+    if zero := _why_zero(record, name, record.solved[name]):
         return f"zero in every answer: {zero}"
     if name in record.reference.bars:
-        alone = name == record.along and len(set(selection.solved(record)["step"])) < 2
+        alone = name == record.along and len(set(record.solved["step"])) < 2
         return f"only one load, so no comparison at equal {at}" if alone else ""
     judged = {item.quantity for item in record.verdicts if not item.reason}
-    if name not in judged and not np.isfinite(selection.solved(record)[name]).any():
+    if name not in judged and not np.isfinite(record.solved[name]).any():
         return ": ".join(filter(None, [NOBODY, quantity(name).only]))
-    truth = selection.title(record, record.reference.method)
+    truth = record.title_of(record.reference.method)
     return f"not computed by the reference ({truth})"
 
 
 def _why_missing(record: SceneRecord, name: str, method: str) -> str:
     """Return why a method has no error in a quantity that others have."""
-    title = selection.title(record, method)
-    lost = [item.reason for item in selection.failures(record) if item.method == method]
+    title = record.title_of(method)
+    lost = [item.reason for item in record.failures if item.method == method]
     if method == record.reference.method:
         return lost[0] if lost else "this is the reference itself"
-    if not_asked(record, method):
+    if record.not_asked(method):
         return f"the {title} was not asked for"
-    refused = selection.unsupported(record)
+    refused = record.unsupported
     if method in refused:
         return refused[method]
-    solved = selection.solved_rows(record, method)
+    solved = record.solved_rows(method)
     gives = np.isfinite(solved[name]).any()
     if lost and (gives or not len(solved) or name in FIELDS):
         return lost[0]
     if not gives:
         return NOT_COMPUTED
     truth = record.reference.method
-    true = selection.setting_rows(record, truth, record.reference.resolution)
+    true = record.setting_rows(truth, record.reference.resolution)
     if zero := _why_zero(record, name, true[name]):
         return f"zero in the reference ({zero}), but not in the {title}: no relative error"
-    lost = [item.reason for item in selection.failures(record) if item.method == truth]
+    lost = [item.reason for item in record.failures if item.method == truth]
     if lost:
         return f"the reference has no value at these loads: {lost[0]}"
-    return f"no value of the {title} is in the reference's range of {equal_at(record, name)}"
+    return f"no value of the {title} is in the reference's range of {record.equal_at(name)}"
 
 
 def _why_zero(record: SceneRecord, name: str, values: np.ndarray) -> str:
@@ -164,7 +162,7 @@ def _why_zero(record: SceneRecord, name: str, values: np.ndarray) -> str:
     known = values[np.isfinite(values)]
     if not len(known) or known.any():
         return ""
-    area = selection.solved(record)["contact_area"]
+    area = record.solved["contact_area"]
     if np.isfinite(area).any() and not np.nan_to_num(area).any():
         return "nothing touches at any load"
     return "nothing yields" if "plasticity" in quantity(name).physics else "nothing happens"

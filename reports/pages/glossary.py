@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from comparisons.results.selection import WHERE
+from comparisons.results.record import WHERE
 
 TERMS = {
     "reduced": (

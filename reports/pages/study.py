@@ -20,18 +20,9 @@ from comparisons.facts.methods import CLOSED_FORM, MODEL, ours, title_of
 from comparisons.facts.quantities import in_order, quantity
 from comparisons.files import write_text
 from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN, Verdict
-from comparisons.results import selection
 from comparisons.results.advice import ITSELF, Advice, Setting, advise, truth_known_to
 from comparisons.results.finding import answers, deciding, family, largest_error, methods_of, symbol
-from comparisons.results.selection import (
-    confidence,
-    finest,
-    judged_methods,
-    second_rows,
-    spent,
-    verdicts,
-)
-from comparisons.results.store import SceneRecord, StudyRecord
+from comparisons.results.record import SceneRecord, StudyRecord
 from reports.pages import glossary
 from reports.pages.claims import FOLDER, claims_beside
 from reports.pages.page import render
@@ -156,9 +147,9 @@ def scene_view(scene: SceneRecord, anchor: str) -> SimpleNamespace:
     """Return what the page shows of a scene, but for its picture."""
     judged = {
         "" if name == MODEL else look(name).label: {
-            verdict.quantity: verdict for verdict in verdicts(scene, name)
+            verdict.quantity: verdict for verdict in scene.verdicts_on(name)
         }
-        for name in judged_methods(scene)
+        for name in scene.judged_methods
     }
     failing = failure_view(scene)
     # The line stands beside its surface where there is one.
@@ -170,12 +161,12 @@ def scene_view(scene: SceneRecord, anchor: str) -> SimpleNamespace:
         anchor=anchor,
         title=scene.title or scene.name,
         family=family(scene),
-        confidence=confidence(scene),
+        confidence=scene.confidence,
         verdicts=next(iter(judged.values())),  # on the method that the page leads with
         judged=judged,  # label (none where the model leads) -> quantity -> verdict
         others=others(scene),
         decisive=deciding(scene),
-        at_other_load=second_rows(scene),
+        at_other_load=scene.second_rows,
         advice=advice,
         fastest=tuple(advice.reaching()[:MOST_NAMED]),
         truth=_truth(scene, advice),
@@ -194,7 +185,7 @@ def scene_view(scene: SceneRecord, anchor: str) -> SimpleNamespace:
         times=times_to_errors(scene, advice),
         stability=tables.stability(scene),
         steps=tables.load_steps(scene),
-        seconds=spent(scene),
+        seconds=scene.spent,
         picture=pictures.Picture(),
     )
 
@@ -212,9 +203,9 @@ def _truth(scene: SceneRecord, advice: Advice) -> str:
 
 def compared_methods(scenes: tuple[SceneRecord, ...]) -> list[str]:
     """Return the labels of the methods that solved a scene and are not themselves judged."""
-    judged = {MODEL, *(name for scene in scenes for name in judged_methods(scene))}
-    names = [m for scene in scenes for m in selection.methods(scene)]
-    solved = {m for scene in scenes for m in set(names) if len(selection.solved_rows(scene, m))}
+    judged = {MODEL, *(name for scene in scenes for name in scene.judged_methods)}
+    names = [m for scene in scenes for m in scene.methods]
+    solved = {m for scene in scenes for m in set(names) if len(scene.solved_rows(m))}
     ordered = [name for name in ours() if name in solved]
     ordered += [name for name in dict.fromkeys(names) if name in solved and name not in ordered]
     return [
@@ -238,7 +229,7 @@ def times_to_errors(scene: SceneRecord, advice: Advice) -> Table:
             cells.method(name, scene=scene),
             *(_time_cell(settings.get(name)) for settings in columns.values()),
         )
-        for name in selection.methods(scene)
+        for name in scene.methods
         if name in methods
     )
     quantities = ", ".join(quantity(name).label for name in advice.quantities)
@@ -279,8 +270,8 @@ def judging(scenes: Sequence[tuple[str, SceneRecord, Advice]]) -> dict[str, Any]
                 "order": in_order(scene.quantities),
                 "tolerance": scene.tolerance,
                 "judged": {
-                    method: [_verdict(scene, verdict) for verdict in verdicts(scene, method)]
-                    for method in judged_methods(scene)
+                    method: [_verdict(scene, verdict) for verdict in scene.verdicts_on(method)]
+                    for method in scene.judged_methods
                 },
                 "others": [
                     [_ends(verdict) for verdict in known.values()]
@@ -296,8 +287,8 @@ def judging(scenes: Sequence[tuple[str, SceneRecord, Advice]]) -> dict[str, Any]
 
 def others(scene: SceneRecord) -> dict[str, dict[str, Verdict]]:
     """Return the verdicts on the solvers that are not judged themselves, by their labels."""
-    names = [name for name in selection.methods(scene) if name not in judged_methods(scene)]
-    known = {name: verdicts(scene, name) for name in names if finest(scene, name) is not None}
+    names = [name for name in scene.methods if name not in scene.judged_methods]
+    known = {name: scene.verdicts_on(name) for name in names if scene.finest(name) is not None}
     return {
         look(name, scene).label: {verdict.quantity: verdict for verdict in several}
         for name, several in known.items()

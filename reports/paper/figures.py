@@ -16,8 +16,7 @@ from comparisons.facts.methods import ours
 from comparisons.facts.quantities import in_order, quantity
 from comparisons.judging.verdicts import NO_RESULT, Verdict
 from comparisons.results.finding import deciding
-from comparisons.results.selection import judged_methods, verdicts
-from comparisons.results.store import SceneRecord
+from comparisons.results.record import SceneRecord
 from reports.paper.style import (
     COLUMN,
     HEIGHT,
@@ -239,7 +238,7 @@ def verdict_map(scenes: Sequence[SceneRecord]) -> Figure | None:
 
     Of one scene each quantity has a row, with its error.
     """
-    rows = [verdicts(scene, judged_methods(scene)[0]) for scene in scenes]
+    rows = [scene.verdicts_on(scene.judged_methods[0]) for scene in scenes]
     labels = [scene.name for scene in scenes]
     if len(scenes) == 1:
         labels = [item.text for item in rows[0]]
@@ -247,7 +246,7 @@ def verdict_map(scenes: Sequence[SceneRecord]) -> Figure | None:
     names = in_order({item.quantity for row in rows for item in row})
     if not names:
         return None
-    ink = look(judged_methods(scenes[0])[0]).colour
+    ink = look(scenes[0].judged_methods[0]).colour
     series: list[Series] = []
     for number, name in enumerate(names):
         style = Look(quantity(name).label, ink, MARKERS[number % len(MARKERS)], size=9)

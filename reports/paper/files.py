@@ -18,7 +18,7 @@ from comparisons.files import write_named, write_named_text, write_text
 from comparisons.results.advice import advise
 from comparisons.results.finding import methods_of
 from comparisons.results.folder import MAILED
-from comparisons.results.store import StudyRecord
+from comparisons.results.record import StudyRecord
 from reports.pages.page import render
 from reports.paper.figures import (
     VERDICTS_CAPTION,

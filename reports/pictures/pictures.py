@@ -27,8 +27,7 @@ from scipy.spatial import cKDTree
 from comparisons import formatting as fmt
 from comparisons.facts.methods import METHODS, references
 from comparisons.files import write_atomically
-from comparisons.results import selection
-from comparisons.results.store import SceneRecord
+from comparisons.results.record import SceneRecord
 from reports.pictures import turning
 from reports.plots.stored import stored_fields
 
@@ -172,7 +171,7 @@ def render(jobs: Sequence[dict[str, np.ndarray]], command: Sequence[str] = ()) -
 def picture_job(scene: SceneRecord) -> Job | None:
     """Choose the picture: rough surface, body cut open, particles, or pressure surface."""
     order = sorted(references(), key=lambda name: not METHODS[name].grid)
-    order += [name for name in selection.methods(scene) if name not in order]
+    order += [name for name in scene.methods if name not in order]
     stored = list(stored_fields(scene, order))
     for build in (_rough_job, _body_job, particle_job, _hill_job):
         for item in stored:

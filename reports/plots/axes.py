@@ -10,8 +10,7 @@ import numpy as np
 
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import quantity
-from comparisons.results import selection
-from comparisons.results.store import SceneRecord
+from comparisons.results.record import Failure, SceneRecord
 from reports.plots.figure import Axis, Level, Series
 from reports.plots.style import CROSS, Look, Marker, look
 
@@ -215,6 +214,6 @@ def failed(style: Look, x: Iterable[float], edge: float, reasons: Iterable[str])
     )
 
 
-def refusal(scene: SceneRecord, item: selection.Failure) -> str:
+def refusal(scene: SceneRecord, item: Failure) -> str:
     """Return the setting and the reason of a failure."""
     return f"{look(item.method, scene).label}, N = {fmt.count(item.resolution)}: {item.reason}"

@@ -18,7 +18,7 @@ from comparisons.questions.claims.record import (
     RangeRecord,
 )
 from comparisons.questions.claims.wording import error_text, value
-from comparisons.results.store import SceneRecord
+from comparisons.results.record import SceneRecord
 from reports.plots.axes import error_axis, error_range, tolerance_line
 from reports.plots.figure import Axis, Figure, Series, Stretch
 from reports.plots.style import BLUE, CIRCLE, GREEN, INK, VERMILION, Look, Marker

@@ -15,7 +15,6 @@ from comparisons import formatting as fmt
 from comparisons.facts.methods import METHODS
 from comparisons.facts.quantities import FIELDS, NORMAL, quantity
 from comparisons.judging.metrics import sizes_along_path
-from comparisons.results import selection
 from comparisons.results.measured import (
     computed_curve,
     force_at,
@@ -23,7 +22,7 @@ from comparisons.results.measured import (
     modulus_fits,
     modulus_sentence,
 )
-from comparisons.results.store import SceneRecord, once
+from comparisons.results.record import SceneRecord, once
 from reports.plots.axes import value_axis, wants_log
 from reports.plots.figure import Axis, Band, Figure, Level, Series
 from reports.plots.style import CIRCLE, MUTED, Look, drawing_order, look
@@ -45,7 +44,7 @@ def curves(scene: SceneRecord) -> list[Figure]:
     Before them a measured curve; beside those that coincide their ratios to the reference. None of
     a single load: points in empty plots say less than a table.
     """
-    if len(set(selection.solved(scene)["step"])) == 1 and not scene.plan.measured:
+    if len(set(scene.solved["step"])) == 1 and not scene.plan.measured:
         return []
     first = "penetration" if scene.control == "force" else "force"
     names = dict.fromkeys([first, "contact_area", *scene.quantities])
@@ -53,7 +52,7 @@ def curves(scene: SceneRecord) -> list[Figure]:
         names = dict.fromkeys(scene.quantities)  # the normal load is held
     if scene.along == "time":
         names = dict.fromkeys([scene.control, *names])  # what is prescribed is seen first
-    along = selection.drawn_along(scene)
+    along = scene.drawn_along
     figures = [measured(scene)]
     for name in names:
         if name != along and name not in FIELDS:
@@ -72,7 +71,7 @@ def printed_curves(scene: SceneRecord) -> list[Figure]:
     if scene.control in NORMAL and not scene.is_path:
         pairs = [("penetration", "force"), ("force", "contact_area")]
     else:
-        along = selection.drawn_along(scene)
+        along = scene.drawn_along
         pairs = [(along, name) for name in scene.quantities if name not in (along, *FIELDS)]
     return [figure for pair in pairs if (figure := curve(scene, *pair))]
 
@@ -192,8 +191,8 @@ def _curves(scene: SceneRecord, across: str, up: str) -> list[_Curve]:
     """Return the curves of all methods that have one, in drawing order."""
     truth = scene.reference.method
     drawn = []
-    for method in drawing_order(selection.methods(scene)):
-        rows = selection.curve(scene, method)
+    for method in drawing_order(scene.methods):
+        rows = scene.curve(method)
         x, y = (rows[name] for name in (across, up))
         if not (np.isfinite(x) & np.isfinite(y)).any():
             continue
@@ -221,7 +220,7 @@ def _curves(scene: SceneRecord, across: str, up: str) -> list[_Curve]:
         if (half > fmt.ROUND_OFF * np.abs(value)).any():
             low, high = value - half, value + half
             bands.append(Band(along, low, high, label=TRUTH_BAR, sideways=sideways))
-        single = selection.realisations(scene, method, resolution)
+        single = scene.realisations(method, resolution)
         row = METHODS.get(method)
         of_lines = row is not None and row.dimension == 1
         # Solvers of the same surfaces scatter alike: of them the truth's band says it all.
@@ -236,7 +235,7 @@ def _curves(scene: SceneRecord, across: str, up: str) -> list[_Curve]:
             half = rows[f"stderr_{name}"]
             low, high = value - half, value + half
             bands.append(Band(along, low, high, style.colour, 0.28, sideways=sideways))
-        loads = rows[selection.drawn_along(scene)]
+        loads = rows[scene.drawn_along]
         errors = rows[f"error_{name}"]
         drawn.append(_Curve(series, tuple(bands), loads, errors, bar))
     return drawn
@@ -261,11 +260,9 @@ def _caption(scene: SceneRecord, name: str, apart: float) -> str:
     if proved and np.isfinite(scene.rows[f"{name}_lower"]).any():
         parts.append(f"Solid band: {proved.in_words}")
     finest = {
-        method: levels[-1]
-        for method in selection.methods(scene)
-        if (levels := selection.resolutions(scene, method))
+        method: levels[-1] for method in scene.methods if (levels := scene.resolutions(method))
     }
-    if any(len(selection.realisations(scene, *setting)) for setting in finest.items()):
+    if any(len(scene.realisations(*setting)) for setting in finest.items()):
         parts.append(
             "Lines: means over the realisations, with one standard error; faint bands: 5 % to "
             "95 % of the realisations (for 3-D solvers, those of the reference)."

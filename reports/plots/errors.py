@@ -10,10 +10,8 @@ from comparisons import formatting as fmt
 from comparisons.facts.methods import MODEL
 from comparisons.facts.quantities import NORMAL, quantity
 from comparisons.judging.metrics import at_equal
-from comparisons.results import selection
+from comparisons.results.record import SceneRecord
 from comparisons.results.rows import Rows
-from comparisons.results.selection import finest, judged_methods, verdicts
-from comparisons.results.store import SceneRecord
 from reports.plots.axes import (
     FOOT_NOTE,
     SIGN_NOTE,
@@ -46,11 +44,11 @@ def errors(scene: SceneRecord) -> list[Figure]:
     tables: dict[str, dict[str, Rows]] = {}
     sizes = []
     for name in scene.quantities:
-        for method in drawing_order(selection.methods(scene)):
-            level = finest(scene, method)
+        for method in drawing_order(scene.methods):
+            level = scene.finest(method)
             if level is None:
                 continue
-            rows = selection.curve(scene, method, level)
+            rows = scene.curve(method, level)
             error = rows[f"error_{name}"]
             if np.isfinite(error).any():
                 tables.setdefault(name, {})[method] = rows
@@ -70,7 +68,7 @@ def _figure(
     series: list[Series] = []
     for method, rows in tables.items():
         style, error = look(method, scene), rows[f"error_{name}"]
-        loads = selection.compared_along(scene, rows)
+        loads = scene.compared_along(rows)
         title = f"{style.label}, N = {fmt.count(rows['resolution'][0])}"
         hover = tuple(
             f"{title}\n{fmt.with_unit(load, along.unit)}\nerror {fmt.signed_error(value)}"
@@ -80,7 +78,7 @@ def _figure(
         whole = Series(style, loads, np.abs(error), hover=hover, size=size, width=1.5)
         series += [*parted(whole, low), *sign_marks(whole, error, low, high)]
     upright = with_foot(error_axis(low, high, "relative error", row.label), series)
-    loads = np.concatenate([selection.compared_along(scene, rows) for rows in tables.values()])
+    loads = np.concatenate([scene.compared_along(rows) for rows in tables.values()])
     equal = scene.along
     if equal in NORMAL:
         equal = {"force": "penetration", "penetration": "force"}.get(name, equal)
@@ -90,11 +88,11 @@ def _figure(
     longest = list(tables.values())[int(np.argmax(known))]
     bars = longest[column]
     bars = np.where(bars > low, bars, np.nan)
-    places = selection.compared_along(scene, longest)
+    places = scene.compared_along(longest)
     floor = Band(places, np.full(len(places), low), bars, label=TRUTH_BAR)
     # failed load steps: crosses at the upper edge, with the reason on hover
     lost: dict[str, dict[float, list[str]]] = {}
-    for item in selection.failures(scene):
+    for item in scene.failures:
         if np.isfinite(item.load):
             lost.setdefault(item.method, {}).setdefault(item.load, []).append(refusal(scene, item))
     return Figure(
@@ -119,13 +117,13 @@ def _figure(
 
 def _decided(scene: SceneRecord, name: str, tables: dict[str, Rows], low: float) -> list[Series]:
     """Return a ring around the error that decided, for the method that the page leads with."""
-    method = judged_methods(scene)[0]
-    verdict = next((v for v in verdicts(scene, method) if v.quantity == name), None)
+    method = scene.judged_methods[0]
+    verdict = next((v for v in scene.verdicts_on(method) if v.quantity == name), None)
     if verdict is None or verdict.step < 0 or method not in tables:
         return []
     rows = tables[method]
     rows = rows.where(rows["step"] == verdict.step)
-    loads = selection.compared_along(scene, rows)
+    loads = scene.compared_along(rows)
     size = np.maximum(np.abs(rows[f"error_{name}"]), low)
     style = replace(look(method), label="decided here", marker=CIRCLE, colour=INK)
     hover = (f"{verdict.text}\n{verdict.because}: {verdict.word}",) * len(loads)
@@ -138,13 +136,13 @@ def _with_premise(scene: SceneRecord, figures: list[Figure]) -> list[Figure]:
     At a tenth of the apparent area, by the reference; no mark in scenes without rough lines.
     """
     method, level = scene.reference.method, scene.reference.resolution
-    line, truth = selection.curve(scene, MODEL), selection.curve(scene, method, level)
+    line, truth = scene.curve(MODEL), scene.curve(method, level)
     if not len(truth) or not np.isfinite(line["contact_length"]).any():
         return figures
     size = scene.load_fields(method, level).get("size")
     if size is None or scene.control not in NORMAL or scene.is_path:
         return figures
-    loads = selection.compared_along(scene, truth)
+    loads = scene.compared_along(truth)
     share = truth["contact_area"] / float(np.prod(size))
     known = np.isfinite(share) & (share > 0)
     if not known.any() or np.nanmax(share) <= PREMISE:

@@ -10,8 +10,7 @@ import numpy as np
 from comparisons import formatting as fmt
 from comparisons.facts.methods import MODEL
 from comparisons.facts.quantities import NORMAL
-from comparisons.results import selection
-from comparisons.results.store import SceneRecord
+from comparisons.results.record import MEAN, SceneRecord
 from reports.plots.axes import log_axis, padded, value_axis, wants_log
 from reports.plots.figure import (
     Axis,
@@ -42,7 +41,7 @@ NOW = Look("load of the slider", INK)
 
 def reduced_picture(scene: SceneRecord) -> Figure | None:
     """Return the one-dimensional model: the profile or the rough line, and its springs."""
-    if not selection.resolutions(scene, MODEL):  # no load has an answer
+    if not scene.resolutions(MODEL):  # no load has an answer
         return None
     fields = next((item.fields for item in stored_fields(scene, [MODEL])), {})
     if {"line_x", "line_height", "line_penetration"} <= fields.keys():
@@ -109,9 +108,9 @@ def _profile_figure(scene: SceneRecord, fields: dict[str, np.ndarray]) -> Figure
 
 def _earlier_depths(scene: SceneRecord) -> list[float]:
     """Return the penetration of realisation 0 at all loads but the last; NaN where it failed."""
-    rows = selection.solved_rows(scene, MODEL)
-    finest = rows["resolution"] == selection.resolutions(scene, MODEL)[-1]
-    rows = rows.where(finest & (rows["realisation"] != selection.MEAN))
+    rows = scene.solved_rows(MODEL)
+    finest = rows["resolution"] == scene.resolutions(MODEL)[-1]
+    rows = rows.where(finest & (rows["realisation"] != MEAN))
     steps, depth = rows["step"], rows["penetration"]
     # The first realisation stands first.
     first = [depth[steps == step][:1] for step in slider_steps(scene).steps[:-1]]
@@ -172,7 +171,7 @@ def _fractions(scene: SceneRecord, item: Field, loads: SliderSteps) -> list[Figu
     """Return contact area and length over the load as shares, with the load of the slider."""
     nominal = float(np.prod([np.diff(outer(axis))[0] for axis in item.axes]))
     truth = scene.reference.method or item.method
-    along = selection.drawn_along(scene)
+    along = scene.drawn_along
     drawn: list[Series] = []
     steps: list[np.ndarray] = []
     for method, name, style, whole in (
@@ -180,7 +179,7 @@ def _fractions(scene: SceneRecord, item: Field, loads: SliderSteps) -> list[Figu
         (MODEL, "contact_area", look(MODEL, scene), nominal),
         (MODEL, "contact_length", LENGTH, float(np.sqrt(nominal))),
     ):
-        rows = selection.curve(scene, method)
+        rows = scene.curve(method)
         share = rows[name] / whole
         label = style.label if style is LENGTH else f"area, {style.label}"
         if (share > LEAST).any():

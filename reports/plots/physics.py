@@ -13,8 +13,7 @@ from scipy.interpolate import griddata
 
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import quantity
-from comparisons.results import selection
-from comparisons.results.store import SceneRecord
+from comparisons.results.record import SceneRecord
 from comparisons.tasks.shown_loads import SLIP, at_step, stored_steps
 from reports.plots.axes import log_axis
 from reports.plots.figure import NO_SCALE, Axis, Figure, Map, coarsened, line, map_figure, outer
@@ -141,7 +140,7 @@ def worn_profiles(scene: SceneRecord) -> list[Figure]:
     top = HIGHEST_WORN * float(shapes[-1][worn].max())
     near = (shapes[0] <= top) | worn
     steps, row = len(shapes) - 1, quantity(scene.control)
-    rows = selection.curve(scene, stored.method, stored.resolution)
+    rows = scene.curve(stored.method, stored.resolution)
     values = rows[scene.control][:steps]
     if len(values) < steps:
         labels = [f"step {number}" for number in range(1, steps + 1)]

@@ -10,8 +10,7 @@ from scipy.interpolate import LinearNDInterpolator
 
 from comparisons import formatting as fmt
 from comparisons.facts.methods import GRID, ours
-from comparisons.results import selection
-from comparisons.results.store import SceneRecord
+from comparisons.results.record import SceneRecord
 from comparisons.tasks.shown_loads import at_step, stored_steps
 from reports.plots.figure import (
     MOST_PIXELS,
@@ -120,7 +119,7 @@ def _field(stored: Stored) -> Field | None:
 def leading_map(scene: SceneRecord, maps: list[Field]) -> Field:
     """Return the field of the reference, else ours before the peers', the leading grid first."""
     for item in maps:
-        if selection.is_reference(scene, item.method, item.resolution):
+        if scene.is_reference(item.method, item.resolution):
             return item
     return min(maps, key=lambda item: (item.method not in ours(), item.method != GRID))
 
@@ -165,9 +164,9 @@ def _same_extent(one: Field, other: Field) -> bool:
 def _contact_scales(scene: SceneRecord) -> tuple[float, float]:
     """Return contact radius and mean pressure F/(π a²) at the last load, the reference's first."""
     settings: list[tuple[str, int | None]] = [(scene.reference.method, scene.reference.resolution)]
-    settings += [(method, None) for method in selection.methods(scene)]
+    settings += [(method, None) for method in scene.methods]
     for method, resolution in settings:
-        rows = selection.curve(scene, method, resolution)
+        rows = scene.curve(method, resolution)
         radius, force = (rows[key][-1:] for key in ("contact_radius", "force"))
         if len(radius) and np.isfinite(radius[0]) and np.isfinite(force[0]) and radius[0] > 0:
             return float(radius[0]), float(force[0] / (np.pi * radius[0] ** 2))

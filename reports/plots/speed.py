@@ -13,10 +13,8 @@ from comparisons.facts.methods import MODEL
 from comparisons.facts.quantities import QUANTITIES, quantity
 from comparisons.judging.metrics import front
 from comparisons.judging.verdicts import NO_RESULT, Verdict
-from comparisons.results import selection
 from comparisons.results.advice import ITSELF, Advice, Setting
-from comparisons.results.selection import Cost, cost, equal_at
-from comparisons.results.store import SceneRecord
+from comparisons.results.record import Cost, Failure, SceneRecord
 from reports.plots.axes import (
     SIGN_NOTE,
     error_axis,
@@ -78,10 +76,10 @@ def _timed(scene: SceneRecord, name: str) -> Points:
     points = []
     for item in scene.verdicts:
         # The load held equal is the one used for the verdicts.
-        if (item.quantity, item.at) != (name, equal_at(scene, name)) or item.word == NO_RESULT:
+        if (item.quantity, item.at) != (name, scene.equal_at(name)) or item.word == NO_RESULT:
             continue
-        spent = cost(scene, item.method, item.resolution)
-        rows = selection.setting_rows(scene, item.method, item.resolution)
+        spent = scene.cost(item.method, item.resolution)
+        rows = scene.setting_rows(item.method, item.resolution)
         if np.isfinite(spent.seconds):
             points.append((item, spent, float(rows["unknowns"][0])))
     return sorted(points, key=lambda point: point[0].resolution)
@@ -92,8 +90,8 @@ def _figure(scene: SceneRecord, name: str, points: Points, limits: tuple[float, 
     truth, level = scene.reference.method, scene.reference.resolution
     errors = np.array([abs(item.error) for item, *_ in points])
     seconds = np.array([spent.seconds for _, spent, _ in points])
-    truth_seconds = cost(scene, truth, level).seconds
-    lost = selection.failures(scene)
+    truth_seconds = scene.cost(truth, level).seconds
+    lost = scene.failures
     # Every solve is in the plot: those without their set-up, of one surface, and what failed, too.
     times = [truth_seconds, *seconds, *(item.seconds for item in lost)]
     for _, spent, _ in points:
@@ -127,7 +125,7 @@ def _figure(scene: SceneRecord, name: str, points: Points, limits: tuple[float, 
         signed = np.array([item.error if item.signed else np.nan for item, *_ in own])
         series += sign_marks(drawn[-1], signed, known_to, high)
     several = any(spent.surfaces > 1 for _, spent, _ in points)
-    at_equal = equal_at(scene, name)
+    at_equal = scene.equal_at(name)
     equal = f" at equal {quantity(at_equal).label}" if at_equal in QUANTITIES else ""
     floor = Band(np.array(span), np.full(2, low), np.full(2, bar), label=TRUTH_BAR)
     return Figure(
@@ -202,7 +200,7 @@ def _method_series(scene: SceneRecord, method: str, points: Points, bar: float) 
 
 
 def _failures(
-    scene: SceneRecord, items: list[selection.Failure], span: tuple[float, float], high: float
+    scene: SceneRecord, items: list[Failure], span: tuple[float, float], high: float
 ) -> list[Series]:
     """Return crosses at the top: at the time of the failure if known, else at the right edge."""
     # One cross per setting: the load steps it lost all cost the same time.

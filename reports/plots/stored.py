@@ -9,8 +9,7 @@ import numpy as np
 
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import NORMAL, quantity
-from comparisons.results import selection
-from comparisons.results.store import SceneRecord
+from comparisons.results.record import SceneRecord
 from comparisons.tasks.shown_loads import shown_steps
 from reports.plots.style import drawing_order, look
 
@@ -34,7 +33,7 @@ class Stored:
 
 def stored_fields(scene: SceneRecord, methods: Iterable[str] = ()) -> Iterator[Stored]:
     """Yield what each method has stored, read when asked for; by default in drawing order."""
-    for method in methods or drawing_order(selection.methods(scene)):
+    for method in methods or drawing_order(scene.methods):
         levels = [level for name, level in scene.fields if name == method]
         if levels:
             fields = scene.load_fields(method, max(levels))
@@ -44,7 +43,7 @@ def stored_fields(scene: SceneRecord, methods: Iterable[str] = ()) -> Iterator[S
 def finest_fields(scene: SceneRecord, *names: str) -> Stored | None:
     """Return the reference's fields, or another method's, if they hold all names."""
     first = scene.reference.method
-    methods = drawing_order(selection.methods(scene))
+    methods = drawing_order(scene.methods)
     candidates = stored_fields(scene, sorted(methods, key=lambda name: name != first))
     return next((item for item in candidates if set(names) <= item.fields.keys()), None)
 
@@ -65,7 +64,7 @@ def slider_steps(scene: SceneRecord) -> SliderSteps:
     """Return the loads of the slider, or creeps; none for a single load, a path, a speed range."""
     if scene.control not in (*NORMAL, "creep", "lateral_creep") or scene.is_path:
         return NO_STEPS
-    rows = selection.solved(scene)
+    rows = scene.solved
     steps = rows["step"]
     if not len(steps) or steps.min() < 0 or steps.max() > 10**6:
         return NO_STEPS

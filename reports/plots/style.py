@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from comparisons.facts.methods import BUILT_IN, CLOSED_FORM, METHODS, MODEL, references
 
 if TYPE_CHECKING:
-    from comparisons.results.store import SceneRecord
+    from comparisons.results.record import SceneRecord
 
 # Okabe & Ito, "Color Universal Design" (2008): told apart with any kind of colour vision.
 ORANGE, SKY, GREEN, BLUE, VERMILION = "#E69F00", "#56B4E9", "#009E73", "#0072B2", "#D55E00"

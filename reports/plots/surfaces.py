@@ -9,7 +9,7 @@ import numpy as np
 from comparisons import formatting as fmt
 from comparisons.facts.methods import METHODS
 from comparisons.facts.quantities import DISTRIBUTIONS, quantity
-from comparisons.results.store import SceneRecord
+from comparisons.results.record import SceneRecord
 from reports.plots.axes import log_axis, log_ticks, padded, value_axis
 from reports.plots.figure import Axis, Figure, Series
 from reports.plots.style import DOTTED, INK, MUTED, Look, drawing_order, look

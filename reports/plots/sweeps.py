@@ -8,9 +8,7 @@ from typing import Any
 import numpy as np
 
 from comparisons.facts.quantities import in_order, quantity
-from comparisons.results import selection
-from comparisons.results.selection import verdicts
-from comparisons.results.store import SceneRecord
+from comparisons.results.record import SceneRecord
 from reports.plots.axes import (
     FOOT_NOTE,
     SIGN_NOTE,
@@ -66,8 +64,10 @@ def _along(path: str, scenes: list[SceneRecord], name: str) -> Figure | None:
         limits = (0.5, len(scenes) + 0.5)
     axis = Axis(words, log=log, limits=limits, ticks=ticks)
     known = {
-        method: [next(v for v in verdicts(scene, method) if v.quantity == name) for scene in scenes]
-        for method in drawing_order({m for scene in scenes for m in selection.methods(scene)})
+        method: [
+            next(v for v in scene.verdicts_on(method) if v.quantity == name) for scene in scenes
+        ]
+        for method in drawing_order({m for scene in scenes for m in scene.methods})
         if all(name in scene.quantities for scene in scenes)
     }
     errors = {method: np.array([v.error for v in found]) for method, found in known.items()}

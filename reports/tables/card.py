@@ -13,10 +13,8 @@ from comparisons import formatting as fmt
 from comparisons.facts.methods import MODEL
 from comparisons.facts.quantities import quantity
 from comparisons.questions.claims.nearest import in_words, nearest_to
-from comparisons.results import selection
+from comparisons.results.record import SceneRecord
 from comparisons.results.rows import Rows
-from comparisons.results.selection import by_chance
-from comparisons.results.store import SceneRecord
 from comparisons.scene.fields import WithUnit
 from comparisons.scene.loading import LoadRange
 from comparisons.scene.scene import Scene, SceneError, make_scene
@@ -87,7 +85,7 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
 
 def not_known_here(scene: SceneRecord) -> str:
     """Return that the reduced model can agree by chance only, and what is known; else ""."""
-    if not (reason := by_chance(scene, MODEL)):
+    if not (reason := scene.by_chance(MODEL)):
         return ""
     known = in_words(nearest_to(scene), scene.tolerance)
     return " ".join(filter(None, [f"Not known here: {reason}: agreement is chance.", known]))
@@ -157,7 +155,7 @@ def _unit(field: Any) -> str:
 
 
 def _reference_curve(scene: SceneRecord) -> Rows:
-    return selection.curve(scene, scene.reference.method)
+    return scene.curve(scene.reference.method)
 
 
 def _loads(scene: SceneRecord, nominal: float | None = None) -> list[tuple[str, str]]:

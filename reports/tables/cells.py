@@ -10,7 +10,7 @@ from reports.plots.style import look
 from reports.tables.table import Cell
 
 if TYPE_CHECKING:
-    from comparisons.results.store import SceneRecord
+    from comparisons.results.record import SceneRecord
 
 NOTHING = Cell(fmt.MISSING, float("nan"), "number")
 

@@ -9,11 +9,9 @@ from comparisons import formatting as fmt
 from comparisons.facts.methods import MODEL, NOT_ASKED, title_of
 from comparisons.facts.quantities import in_order, quantity
 from comparisons.judging.verdicts import NO_RESULT, Verdict, worst
-from comparisons.results import selection
 from comparisons.results.advice import ITSELF, Advice, advise
 from comparisons.results.finding import finding, symbol
-from comparisons.results.selection import WHERE, cost, judged_methods, verdicts
-from comparisons.results.store import SceneRecord
+from comparisons.results.record import WHERE, SceneRecord
 from reports.tables import cells
 from reports.tables.card import not_known_here
 from reports.tables.table import Cell, Table, table
@@ -28,7 +26,7 @@ def verdict_table(scenes: Iterable[SceneRecord], method: str, *, reasons: bool =
     for scene in scenes:
         cheapest = advise(scene).cheapest
         best = "" if cheapest is None else cheapest.text
-        for index, judgement in enumerate(verdicts(scene, method)):
+        for index, judgement in enumerate(scene.verdicts_on(method)):
             first = index == 0
             label = quantity(judgement.quantity).label
             judged = cells.verdict(judgement.word, text=_verdict_text(judgement, reasons))
@@ -53,7 +51,7 @@ def finding_table(scenes: Sequence[SceneRecord], method: str) -> Table:
     ]
     heads = ("scenes", "use it?", "largest error", "its time", "instead")
     words = " ".join(f"{cell.text}" for row in rows for cell in row).replace(",", " ").split()
-    names = {item.quantity for scene in scenes for item in verdicts(scene, method)}
+    names = {item.quantity for scene in scenes for item in scene.verdicts_on(method)}
     note = _explained(name for name in names if symbol(name) in words)
     if any("*" in row.instead for row in found):
         note = "; ".join(filter(None, [note, ITSELF]))
@@ -92,8 +90,8 @@ def summary_lines(scenes: Iterable[SceneRecord]) -> Table:
             star = f"{cheapest.title}{ITSELF[0] * cheapest.judges_itself}"
             best = [cells.method(cheapest.method, star), cells.duration(cheapest.seconds), level]
         tolerances.add(scene.tolerance)
-        for method in judged_methods(scene):
-            decisive = worst(verdicts(scene, method))
+        for method in scene.judged_methods:
+            decisive = worst(scene.verdicts_on(method))
             told_of.add(decisive.quantity)
             name = scene.name if method == MODEL else f"{scene.name}, {title_of(method)}"
             error = _error(decisive)
@@ -135,8 +133,8 @@ def _verdict_text(verdict: Verdict, reasons: bool) -> str:
 def methods_table(scene: SceneRecord) -> Table:
     """Return the verdicts on each method at its finest resolution, and refusals with reasons."""
     rows: list[tuple[Cell | str, ...]] = []
-    refused = selection.unsupported(scene)
-    for method in selection.methods(scene):
+    refused = scene.unsupported
+    for method in scene.methods:
         if method not in refused:
             rows += _method_rows(scene, method)
         elif refused[method] != NOT_ASKED:
@@ -150,12 +148,12 @@ def methods_table(scene: SceneRecord) -> Table:
 def _method_rows(scene: SceneRecord, method: str) -> list[tuple[Cell | str, ...]]:
     """Return one row per quantity, with the deciding load and step."""
     label = cells.method(method, scene=scene)
-    judged = [judgement for judgement in verdicts(scene, method) if judgement.word != NO_RESULT]
+    judged = [judgement for judgement in scene.verdicts_on(method) if judgement.word != NO_RESULT]
     if not judged:
         truth = scene.reference.method
         word = "reference" if method == truth else NO_RESULT
         return [(label, "", "", "", "", cells.verdict(word))]
-    time = cells.duration(cost(scene, method, judged[0].resolution).seconds)
+    time = cells.duration(scene.cost(method, judged[0].resolution).seconds)
     rows: list[tuple[Cell | str, ...]] = []
     for index, judgement in enumerate(judged):
         setting = (label, cells.count(judgement.resolution), time) if index == 0 else ("", "", "")
@@ -168,7 +166,7 @@ def answers(scenes: Iterable[SceneRecord], judged: Iterable[str]) -> Table:
     """Return the deciding verdict on one method for each scene, and the advice."""
     rows = []
     for scene, method in zip(scenes, judged, strict=True):
-        decisive = worst(verdicts(scene, method))
+        decisive = worst(scene.verdicts_on(method))
         error = _error(decisive) if decisive.word != NO_RESULT else decisive.reason
         rows.append((scene.name, error, cells.verdict(decisive.word), advise(scene).sentence))
     heads = ("scene", "largest error of the reduced model", "verdict", "cheapest settings")

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from comparisons import formatting as fmt
 from comparisons.judging.multilevel import ensemble_text
-from comparisons.results import selection
-from comparisons.results.store import SceneRecord
+from comparisons.results.record import SceneRecord
 from comparisons.solving.plan_record import MethodPlan
 from reports.plots.style import look
 from reports.tables import cells
@@ -34,12 +33,12 @@ def plan(planned: Plan) -> Table:
 
 def plan_rows(scene: SceneRecord) -> list[dict[str, Any]]:
     """Return the model and resolutions of each method that ran, or the reason for a refusal."""
-    refused = selection.unsupported(scene)
+    refused = scene.unsupported
     planned = {item.method: item for item in scene.plan.methods}
     rows = []
-    for method in selection.methods(scene):
+    for method in scene.methods:
         item = planned.get(method, MethodPlan(method, True, ""))
-        levels = item.resolutions or selection.resolutions(scene, method)
+        levels = item.resolutions or scene.resolutions(method)
         ensemble = ensemble_text(method, item.numbers, item.resolutions)
         modelled = "; ".join(filter(None, [item.modelled, ensemble]))
         rows.append(

@@ -9,11 +9,9 @@ import numpy as np
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import counterpart, quantity
 from comparisons.judging.verdicts import NO_RESULT, Verdict
-from comparisons.results import selection
 from comparisons.results.advice import advise
+from comparisons.results.record import MEAN, SceneRecord
 from comparisons.results.rows import Rows
-from comparisons.results.selection import confidence, cost, equal_at
-from comparisons.results.store import SceneRecord
 from reports.plots.style import look
 from reports.tables import cells
 from reports.tables.table import Cell, Head, Table
@@ -43,11 +41,11 @@ def settings(scene: SceneRecord) -> Table:
 def printed_settings(scene: SceneRecord) -> Table:
     """Return the cost and errors at the loads used for the verdicts, for papers."""
     names = dict.fromkeys(item.quantity for item in _compared(scene))
-    pairs = [(name, equal_at(scene, name)) for name in names if name in scene.quantities]
+    pairs = [(name, scene.equal_at(name)) for name in names if name in scene.quantities]
     title = (
         f"{scene.title}: largest relative errors over all load steps{_equal_loads(scene)}, with "
         "the half-widths of their bars, and the cost of each setting on one thread. "
-        f"{confidence(scene)} {scene.reference.text or 'There is no reference.'}"
+        f"{scene.confidence} {scene.reference.text or 'There is no reference.'}"
     )
     if single := advise(scene).single:
         title += f" {OF_MEANS} {single}"
@@ -80,13 +78,13 @@ def _settings(scene: SceneRecord, pairs: list[tuple[str, str]]) -> Table:
         heads.append(Head(f"error of {label}{suffix}", "uncertainty", short=label))
         single.append(Head(f"{label} of one{suffix}, 5 to 95 %", short=f"{label} of one"))
     judged = {(v.method, v.resolution, v.quantity, v.at): v for v in _compared(scene)}
-    ensemble = any(cost(scene, *setting).surfaces > 1 for setting in _all_settings(scene))
+    ensemble = any(scene.cost(*setting).surfaces > 1 for setting in _all_settings(scene))
     rows = []
     for setting in _all_settings(scene):
         known = [judged.get((*setting, *pair)) for pair in pairs]
         rows.append(_setting_row(scene, *setting, known))
         if ensemble:
-            spent = cost(scene, *setting)
+            spent = scene.cost(*setting)
             bands = [
                 cells.number(item.single, item.single_high) if item else cells.NOTHING
                 for item in known
@@ -96,8 +94,8 @@ def _settings(scene: SceneRecord, pairs: list[tuple[str, str]]) -> Table:
 
 
 def _all_settings(scene: SceneRecord) -> list[tuple[str, float]]:
-    names = [n for n in selection.methods(scene) if n not in selection.unsupported(scene)]
-    return [(name, level) for name in names for level in selection.run_at(scene, name)]
+    names = [n for n in scene.methods if n not in scene.unsupported]
+    return [(name, level) for name in names for level in scene.run_at(name)]
 
 
 def _setting_row(
@@ -106,13 +104,13 @@ def _setting_row(
     level: float,
     errors: list[Verdict | None],
 ) -> tuple[Cell, ...]:
-    rows = selection.setting_rows(scene, method, level)
+    rows = scene.setting_rows(method, level)
     first = {
         name: next((v for v in rows[name] if np.isfinite(v)), np.nan)
         for name in ("unknowns", "memory")
     }
-    spent = cost(scene, method, level)
-    truth = selection.is_reference(scene, method, level)
+    spent = scene.cost(method, level)
+    truth = scene.is_reference(method, level)
     return (
         cells.method(method, scene=scene),
         cells.count(level),
@@ -140,9 +138,9 @@ def _lost_of(scene: SceneRecord, method: str, level: float) -> tuple[int, int]:
 
     Lost surfaces have rows, of those that were solved only the first.
     """
-    rows = selection.setting_rows(scene, method, level)
-    rows = rows.where(rows["realisation"] != selection.MEAN)
-    planned = cost(scene, method, level).surfaces * len(set(rows["step"]))
+    rows = scene.setting_rows(method, level)
+    rows = rows.where(rows["realisation"] != MEAN)
+    planned = scene.cost(method, level).surfaces * len(set(rows["step"]))
     return int((~rows["converged"]).sum()), max(planned, len(rows))
 
 
@@ -170,8 +168,8 @@ def stability(scene: SceneRecord) -> Table:
 
 
 def _stability_row(scene: SceneRecord, method: str, level: float) -> tuple[Cell, ...]:
-    rows = selection.setting_rows(scene, method, level)
-    rows = rows.where(rows["realisation"] != selection.MEAN)
+    rows = scene.setting_rows(method, level)
+    rows = rows.where(rows["realisation"] != MEAN)
     good = rows["converged"]
     lost, total = _lost_of(scene, method, level)
     solved = total - lost
@@ -197,7 +195,7 @@ def _stability_row(scene: SceneRecord, method: str, level: float) -> tuple[Cell,
 def lost_solves(scene: SceneRecord) -> list[str]:
     """Return one line per failed setting, with the reason and the number of failed steps."""
     steps_lost: dict[tuple[str, float, str], int] = {}
-    for item in selection.failures(scene):
+    for item in scene.failures:
         key = (item.method, item.resolution, item.reason)
         steps_lost[key] = steps_lost.get(key, 0) + int(np.isfinite(item.load))
     return [
@@ -211,13 +209,13 @@ def lost_solves(scene: SceneRecord) -> list[str]:
 def load_steps(scene: SceneRecord) -> Table:
     """Return the load steps of every setting (ensemble means), at most 400 rows."""
     tables = [
-        selection.curve(scene, method, level)
-        for method in selection.methods(scene)
-        for level in selection.resolutions(scene, method)
+        scene.curve(method, level)
+        for method in scene.methods
+        for level in scene.resolutions(method)
     ]
     total = sum(map(len, tables))
     rows = Rows.joined(tables, MOST_ROWS)
-    first = [selection.drawn_along(scene), scene.control, "penetration", "force", "contact_area"]
+    first = [scene.drawn_along, scene.control, "penetration", "force", "contact_area"]
     names = list(dict.fromkeys(first))
     names += [name for name in scene.quantities if name not in names]
     names = [name for name in names if np.isfinite(rows[name]).any()]

@@ -10,9 +10,7 @@ from comparisons import formatting as fmt
 from comparisons.facts.methods import CLOSED_FORM
 from comparisons.facts.quantities import quantity
 from comparisons.methods.normal.closed_form import form_of, form_pressure
-from comparisons.results import selection
-from comparisons.results.selection import judged_methods
-from comparisons.results.store import SceneRecord
+from comparisons.results.record import SceneRecord
 from comparisons.scene.scene import Scene, SceneError, make_scene
 from comparisons.tasks.shown_loads import at_step, stored_steps
 from comparisons.tasks.stresses import FROM_PRESSURE, pressure_quantities
@@ -27,10 +25,10 @@ STRESSES = ("pressure_mean", "pressure_peak", "von_mises_max", "von_mises_depth"
 
 def values(scene: SceneRecord) -> Table:
     """Return loads, contact and stresses at every load, of the reference and the judged methods."""
-    methods = dict.fromkeys(filter(None, [scene.reference.method, *judged_methods(scene)]))
+    methods = dict.fromkeys(filter(None, [scene.reference.method, *scene.judged_methods]))
     rows: list[tuple[str, int, dict[str, float]]] = []
     for method in methods:
-        curve = selection.curve(scene, method)
+        curve = scene.curve(method)
         for index, step in enumerate(curve["step"]):
             known = {name: float(curve[name][index]) for name in (*COLUMNS, *STRESSES)}
             if fmt.finite(known["force"]) and known["contact_area"] > 0:
@@ -80,7 +78,7 @@ def stresses(
         body = make_scene(dict(scene.tables), scene.name, Path())
     except SceneError:
         return {}  # of a text that is no scene
-    curve = selection.curve(scene, method)
+    curve = scene.curve(method)
     here = curve.where(curve["step"] == step)
     # Of rough surfaces the report has a figure of the stresses below; large maps are stored as
     # means over blocks, and their rows have the peak of all cells.
@@ -97,7 +95,7 @@ def _fields(
 ) -> dict[str, np.ndarray]:
     """Return the pressure of a method at a load step, with its points."""
     if method == CLOSED_FORM and body.indenter and body.half_space.uniform and not body.physics:
-        curve = selection.curve(scene, method)
+        curve = scene.curve(method)
         depth = curve["penetration"][curve["step"] == step]
         form = form_of(body.indenter, body.effective_modulus)
         if form is not None and not form.pressure_is_singular:

@@ -12,8 +12,8 @@ from comparisons.geometry.prepare import RoughGeometry
 from comparisons.questions.claims.nearest import Nearest, in_words, nearest
 from comparisons.questions.study import solved_in_memory
 from comparisons.results.advice import advise
+from comparisons.results.record import asked_in_vain
 from comparisons.results.scene_record import record_scene
-from comparisons.results.selection import asked_in_vain
 from comparisons.solving.plan import Effort, Plan
 from comparisons.tasks.solution import Solved
 from roughline.commands import say, terminal

@@ -122,7 +122,7 @@ def run(  # noqa: PLR0913 (the options on the command line)
     from comparisons.questions.campaign import WHOLE
     from comparisons.questions.study import Study
     from comparisons.results.folder import held
-    from comparisons.results.selection import asked_in_vain
+    from comparisons.results.record import asked_in_vain
     from comparisons.solving.planning import plan_all
     from roughline.commands import terminal
     from roughline.commands.progress import watched

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from comparisons.questions.single import SingleResult
     from comparisons.results.advice import Advice
     from comparisons.results.ensemble_folder import EnsembleResult
+    from comparisons.results.record import StudyRecord, asked_in_vain
     from comparisons.results.run_comparison import RunComparison
-    from comparisons.results.store import StudyRecord
     from comparisons.solving.plan import Plan
     from comparisons.tasks.task import Task
     from reports.tables.table import Table
@@ -77,7 +77,6 @@ def print_study(
     from comparisons.results.advice import advise, wide_truth
     from comparisons.results.finding import methods_of
     from comparisons.results.measured import modulus_sentence
-    from comparisons.results.selection import asked_in_vain
     from reports.tables.judged import finding_table, summary_lines, verdict_table
 
     console = _console()

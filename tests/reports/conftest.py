@@ -14,9 +14,10 @@ import pytest
 from comparisons.files import write_arrays
 from comparisons.judging.reference import Reference
 from comparisons.judging.verdicts import Verdict, judged
+from comparisons.results.record import SceneRecord, StudyRecord
 from comparisons.results.rows import Rows
 from comparisons.results.scene_record import explained
-from comparisons.results.store import SceneRecord, StudyRecord, save_study
+from comparisons.results.store import save_study
 from comparisons.solving.plan_record import MethodPlan, PlanRecord
 
 RADIUS, MODULUS = 0.01, 231e9

@@ -16,11 +16,9 @@ import roughline
 from comparisons.errors import InputError
 from comparisons.facts.quantities import quantity
 from comparisons.judging.reference import NO_REFERENCE
-from comparisons.results import selection
 from comparisons.results.finding import deciding
 from comparisons.results.rows import NO_ROWS, Rows
 from comparisons.results.scene_record import explained
-from comparisons.results.selection import verdicts
 from comparisons.results.store import load_study, save_study
 from reports.paper.figures import HIGH, LOW, overview, panels, single, verdict_map
 from reports.paper.files import write_paper
@@ -94,7 +92,7 @@ def test_the_ring_around_the_error_that_decided_hides_no_mark(ball):
 
 def test_of_one_scene_each_quantity_has_a_row_with_its_error(ball):
     rows = [text for _, text in verdict_map([ball]).y.ticks]
-    assert rows == [item.text for item in verdicts(ball)]
+    assert rows == [item.text for item in ball.verdicts_on()]
 
 
 def test_a_method_has_the_colour_that_it_has_in_the_report(ball):
@@ -114,7 +112,7 @@ def test_the_bar_of_the_truth_is_as_wide_as_the_results_say(rough):
     corners = band.get_paths()[0].vertices
     edge = corners[np.isclose(corners[:, 0], corners[:, 0].max()), 1]
     width = (edge.max() - edge.min()) / (0.5 * (edge.max() + edge.min()))
-    bar = selection.curve(rough, "bem_fft", 128)["reference_uncertainty_contact_area"][-1]
+    bar = rough.curve("bem_fft", 128)["reference_uncertainty_contact_area"][-1]
     np.testing.assert_allclose(width, 2 * bar, rtol=1e-6)
 
 
@@ -241,7 +239,7 @@ def test_the_figure_of_verdicts_has_the_numbers_of_the_verdicts(study):
     figure = verdict_map(study.scenes)
     shown = {float(x) for series in figure.series for x in series.x if np.isfinite(x)}
     for scene in study.scenes:
-        for item in verdicts(scene):
+        for item in scene.verdicts_on():
             ratio = abs(item.error) / item.tolerance
             if LOW < ratio < HIGH:
                 assert ratio in shown, item.text

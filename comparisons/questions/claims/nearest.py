@@ -20,7 +20,7 @@ from comparisons.errors import InputError
 from comparisons.facts.quantities import quantity
 from comparisons.judging.verdicts import NOT_RESOLVED, WITHIN, WORST_FIRST, judged
 from comparisons.questions.claims.record import STORED, load_claims_record
-from comparisons.results.store import SceneRecord
+from comparisons.results.record import SceneRecord
 from comparisons.scene.indenters.punches import EllipticPunch, RightAngledPunch
 from comparisons.scene.physics.absolute_loads import AbsoluteLoads, loads_of
 from comparisons.scene.scene import Scene, make_scene

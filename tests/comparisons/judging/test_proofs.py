@@ -16,9 +16,9 @@ from comparisons.judging.truth import Truth
 from comparisons.methods.normal import proved
 from comparisons.questions import single
 from comparisons.questions.single import solve_scene
+from comparisons.results.record import StudyRecord
 from comparisons.results.rows import Rows
 from comparisons.results.scene_record import record_scene
-from comparisons.results.store import StudyRecord
 from comparisons.scene.scene import load_scene, make_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of

@@ -19,8 +19,9 @@ from comparisons.questions.check import (
     drift,
     run_for_check,
 )
+from comparisons.results.record import StudyRecord
 from comparisons.results.rows import Rows
-from comparisons.results.store import STUDY, StudyRecord, load_study, save_study
+from comparisons.results.store import STUDY, load_study, save_study
 from comparisons.scene.scene import Scene
 from reference.halfspace import kernels
 from roughline.commands.app import run_command

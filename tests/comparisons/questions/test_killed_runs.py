@@ -10,7 +10,8 @@ import pytest
 from comparisons.errors import ResultsError
 from comparisons.questions.study import Study
 from comparisons.results.folder import LOCK
-from comparisons.results.store import FIELDS, STUDY, load_study
+from comparisons.results.record import FIELDS_FOLDER
+from comparisons.results.store import STUDY, load_study
 from comparisons.solving.planning import plan_scene
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "docs" / "examples"
@@ -47,7 +48,7 @@ def test_what_a_kill_leaves_behind_is_cleaned_and_does_not_stop_a_resume(scene, 
     """Temporary files beside whole ones, tables without a study, a torn solution."""
     plans = plan_scene(scene(compare={"methods": ["closed_form", "reduced"]}))
     Study(plans, tmp_path).run()
-    fields = tmp_path / FIELDS
+    fields = tmp_path / FIELDS_FOLDER
     (path, *_) = sorted(fields.glob("*.npz"))
     ours = [
         *(tmp_path / f".{name}.abcd1234" for name in ("results.csv", "study.json", "report.html")),

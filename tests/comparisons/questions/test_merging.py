@@ -11,7 +11,8 @@ from comparisons.errors import InputError
 from comparisons.questions.merging import merge
 from comparisons.questions.study import Study
 from comparisons.results.exports import MEASURES
-from comparisons.results.store import FIELDS, RESULTS, STUDY, load_study
+from comparisons.results.record import FIELDS_FOLDER
+from comparisons.results.store import RESULTS, STUDY, load_study
 from comparisons.solving import execution
 from comparisons.solving.planning import plan_scene
 from comparisons.tasks.solution import load_solution, save_solution
@@ -83,7 +84,7 @@ def parts(solved, tmp_path):
 
 def test_three_parts_are_the_whole(parts, tmp_path):
     whole, folders = parts
-    names = [{path.name for path in (folder / FIELDS).glob("*.npz")} for folder in folders]
+    names = [{path.name for path in (folder / FIELDS_FOLDER).glob("*.npz")} for folder in folders]
     solved = [len(own) for own in names]
     assert sum(solved) == len(set.union(*names)) + 2 * FIRST
     assert max(solved) - min(solved) <= 1
@@ -91,7 +92,9 @@ def test_three_parts_are_the_whole(parts, tmp_path):
     assert study.lost() == []
     same(whole, tmp_path / "merged")
     # What is soon solved again is not kept, of the one run as of the merged one.
-    kept = [{path.name for path in (f / FIELDS).iterdir()} for f in (whole, tmp_path / "merged")]
+    kept = [
+        {path.name for path in (f / FIELDS_FOLDER).iterdir()} for f in (whole, tmp_path / "merged")
+    ]
     assert kept[0] == kept[1] < set.union(*names)
     assert len(load_study(tmp_path / "merged").runs) == 3
 
@@ -200,7 +203,7 @@ def test_other_versions_or_sources_are_listed(parts, tmp_path):
 def test_a_solve_with_two_answers_is_a_conflict(parts, tmp_path):
     whole, _ = parts
     shutil.copytree(whole, tmp_path / "other")
-    path = next((tmp_path / "other" / FIELDS).glob("*-bem_fft-16-0-*.npz"))
+    path = next((tmp_path / "other" / FIELDS_FOLDER).glob("*-bem_fft-16-0-*.npz"))
     solution = load_solution(path)
     solution.quantities["force" if "force" in solution.quantities else "contact_area"] *= 1.01
     save_solution(path, solution)
@@ -254,8 +257,8 @@ def test_a_plan_with_a_method_that_is_not_known_here_is_refused(rough, tmp_path)
 
 def test_a_torn_solution_counts_as_missing(parts, tmp_path):
     _, folders = parts
-    names = [{path.name for path in (folder / FIELDS).glob("*.npz")} for folder in folders]
+    names = [{path.name for path in (folder / FIELDS_FOLDER).glob("*.npz")} for folder in folders]
     only = min(names[1] - names[0] - names[2])  # the first surfaces are in all parts
-    path = folders[1] / FIELDS / only
+    path = folders[1] / FIELDS_FOLDER / only
     path.write_bytes(path.read_bytes()[:-200])
     assert len(merge(folders, tmp_path / "merged").lost()) == 1

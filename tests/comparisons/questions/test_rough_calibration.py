@@ -8,7 +8,7 @@ import pytest
 from comparisons.judging.uncertainty import SHARES, share_uncertainty
 from comparisons.questions.calibration import LEVELS, SURFACES, TRUTH
 from comparisons.questions.calibration_cases import ROUGH, Case, fitted_shares, scaled, with_shares
-from comparisons.results.selection import ROUGH_SURFACES
+from comparisons.results.record import ROUGH_SURFACES
 from reports.pages.calibration import calibration_page
 
 

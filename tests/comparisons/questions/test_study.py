@@ -18,7 +18,8 @@ from comparisons.questions import study as study_module
 from comparisons.questions.study import Study
 from comparisons.results import store
 from comparisons.results.exports import MEASURES, TO_TAKE
-from comparisons.results.store import FIELDS, RESULTS, STUDY, load_study
+from comparisons.results.record import FIELDS_FOLDER
+from comparisons.results.store import RESULTS, STUDY, load_study
 from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene
@@ -78,9 +79,9 @@ def test_a_run_leaves_the_files_of_the_contract(ball, tmp_path):
     directory = tmp_path / "out"
     record = Study(ball, directory, command="roughline run test.toml", paraview=True).run()
     names = {path.name for path in directory.iterdir()}
-    assert names == {RESULTS, MEASURES, TO_TAKE, STUDY, FIELDS}
-    assert len(list((directory / FIELDS).glob("*.npz"))) == 5
-    assert len(list((directory / FIELDS).glob("*.vtu"))) == 2  # the grids
+    assert names == {RESULTS, MEASURES, TO_TAKE, STUDY, FIELDS_FOLDER}
+    assert len(list((directory / FIELDS_FOLDER).glob("*.npz"))) == 5
+    assert len(list((directory / FIELDS_FOLDER).glob("*.vtu"))) == 2  # the grids
     assert not record.interrupted
     assert record.command == "roughline run test.toml"
     assert record.machine["threads"] == 1
@@ -92,8 +93,8 @@ def test_files_for_paraview_are_whole_when_a_run_that_wrote_none_is_resumed(ball
     Study(ball, tmp_path / "whole", paraview=True).run()
     Study(ball, tmp_path / "later").run()
     Study(ball, tmp_path / "later", resume=True, paraview=True).run()
-    for path in (tmp_path / "whole" / FIELDS).glob("*.vtu"):
-        files = (tmp_path / run / FIELDS / path.name for run in ("whole", "later"))
+    for path in (tmp_path / "whole" / FIELDS_FOLDER).glob("*.vtu"):
+        files = (tmp_path / run / FIELDS_FOLDER / path.name for run in ("whole", "later"))
         whole, later = map(meshio.read, files)
         assert "displacement" in whole.point_data | whole.cell_data
         assert set(later.point_data | later.cell_data) == set(whole.point_data | whole.cell_data)
@@ -226,13 +227,13 @@ def test_resuming_and_overwriting_exclude_each_other(ball, tmp_path):
 def test_overwriting_solves_everything_anew_and_spares_other_files(ball, tmp_path, counted):
     (tmp_path / "notes.txt").write_text("mine")
     Study(ball, tmp_path, overwrite=True).run()
-    (tmp_path / FIELDS / "stale-fem-3-0-0123456789ab.npz").write_bytes(b"old")
-    (tmp_path / FIELDS / "mine.npz").write_bytes(b"not roughline's")
+    (tmp_path / FIELDS_FOLDER / "stale-fem-3-0-0123456789ab.npz").write_bytes(b"old")
+    (tmp_path / FIELDS_FOLDER / "mine.npz").write_bytes(b"not roughline's")
     Study(ball, tmp_path, overwrite=True).run()
     assert len(counted) == 10
     assert (tmp_path / "notes.txt").read_text() == "mine"
-    assert (tmp_path / FIELDS / "mine.npz").read_bytes() == b"not roughline's"
-    assert len(list((tmp_path / FIELDS).glob("*.npz"))) == 5 + 1
+    assert (tmp_path / FIELDS_FOLDER / "mine.npz").read_bytes() == b"not roughline's"
+    assert len(list((tmp_path / FIELDS_FOLDER).glob("*.npz"))) == 5 + 1
 
 
 def test_resuming_solves_only_what_is_missing_torn_or_changed(ball, scene, tmp_path, counted):
@@ -241,7 +242,7 @@ def test_resuming_solves_only_what_is_missing_torn_or_changed(ball, scene, tmp_p
     counted.clear()
     Study(ball, tmp_path / "out", resume=True).run()
     assert counted == []
-    files = {path.name: path for path in (tmp_path / "out" / FIELDS).glob("*.npz")}
+    files = {path.name: path for path in (tmp_path / "out" / FIELDS_FOLDER).glob("*.npz")}
     (torn,) = [files[name] for name in files if "bem_fft-12" in name]
     torn.write_bytes(torn.read_bytes()[:-300])
     (missing,) = [files[name] for name in files if "reduced-6" in name]

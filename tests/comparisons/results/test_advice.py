@@ -14,13 +14,11 @@ from comparisons.facts.quantities import FIELDS
 from comparisons.judging.reference import NO_REFERENCE, Bar, Reference
 from comparisons.judging.verdicts import Verdict, worst
 from comparisons.questions.study import solved_in_memory
-from comparisons.results import selection
 from comparisons.results.advice import advise, wide_truth
 from comparisons.results.finding import finding
+from comparisons.results.record import MEAN, SceneRecord, asked_in_vain
 from comparisons.results.rows import Rows
 from comparisons.results.scene_record import explained, record_scene
-from comparisons.results.selection import asked_in_vain, verdicts
-from comparisons.results.store import SceneRecord
 from comparisons.scene.scene import SUITES, builtin_names, load_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
@@ -181,11 +179,11 @@ def test_what_one_method_does_not_give_is_a_dash_and_what_none_gives_is_said():
     rows = record([("reduced", 10, 0.001, 1e-3), ("fem", 4, 0.002, 1.0)], quantities=BOTH)
     advice = advise(rows)
     assert advice.cheapest is None
-    assert worst(verdicts(rows)).word == "within"
+    assert worst(rows.verdicts_on()).word == "within"
     nobody = recorded(rows, reference=replace(rows.reference, bars={"force": Bar(0.0, 0)}))
     advice = advise(nobody)
     assert advice.cheapest.method == "reduced"
-    assert worst(verdicts(nobody)).word == "within"
+    assert worst(nobody.verdicts_on()).word == "within"
     assert "not judged: contact area (not computed by any method that was run)" in advice.sentence
     assert asked_in_vain([nobody])
     assert not asked_in_vain([rows])
@@ -281,8 +279,8 @@ SAME = 1e-6
 
 def change_again(plan, record, setting):
     """Solve a setting again; return the largest relative change of each judged quantity."""
-    rows = selection.solved_rows(record, setting.method)
-    single = (rows["resolution"] == setting.resolution) & (rows["realisation"] != selection.MEAN)
+    rows = record.solved_rows(setting.method)
+    single = (rows["resolution"] == setting.resolution) & (rows["realisation"] != MEAN)
     rows = rows.where(single)
     surfaces = sorted(set(rows["realisation"].astype(int)))[:AGAIN]
     solution = execute(task_of(plan, setting.method, setting.resolution, tuple(surfaces)), 1)

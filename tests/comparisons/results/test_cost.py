@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from comparisons.results import selection
 from comparisons.results.advice import advise
 from comparisons.results.scene_record import record_scene
-from comparisons.results.selection import cost, spent
 from comparisons.scene.scene import load_scene
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
@@ -38,7 +36,7 @@ def record(rough):
 
 def test_the_time_of_a_mean_is_that_of_all_solves_it_stands_on(record):
     """A mean on a fine grid stands on the coarse ones; one of elements on those of the grid."""
-    whole = {key: cost(record, *key) for key in (("bem_fft", 32), ("fem", 16), ("reduced", 16))}
+    whole = {key: record.cost(*key) for key in (("bem_fft", 32), ("fem", 16), ("reduced", 16))}
     assert whole["bem_fft", 32].seconds == pytest.approx(30 + 5 * 2)
     assert whole["bem_fft", 32].setup_seconds == pytest.approx(0.25 * 40)
     assert whole["fem", 16].seconds == pytest.approx(30 + 3 * 4)
@@ -47,7 +45,7 @@ def test_the_time_of_a_mean_is_that_of_all_solves_it_stands_on(record):
     assert whole["bem_fft", 32].solves == "30 + 5 surfaces"
     assert whole["fem", 16].solves == "3 surfaces beside those of FFT BEM"
     # every solve of the scene once
-    assert spent(record) == pytest.approx(30 + 5 * 2 + 3 * 4 + LINES * 1e-3)
+    assert record.spent == pytest.approx(30 + 5 * 2 + 3 * 4 + LINES * 1e-3)
 
 
 def test_the_time_of_one_line_stands_beside_the_errors_of_single_lines(record):
@@ -75,5 +73,5 @@ def test_elements_that_repeat_from_cell_to_cell_have_a_name_of_their_own(record)
     (block,) = plan_scene(load_scene("paraboloid", {"compare.methods": ["fem", "bem_fft"]}))
     titles = {planned.method: planned.title for planned in block.methods}
     assert titles["fem"] == ""  # the usual one, FEM
-    assert selection.title(record, "fem") == "FFT FEM"
+    assert record.title_of("fem") == "FFT FEM"
     assert "FFT FEM 42\u202fs" in advise(record).sentence

@@ -11,10 +11,9 @@ from comparisons.questions.problems.sheet import sheet_of
 from comparisons.questions.study import solved_in_memory
 from comparisons.results.advice import advise
 from comparisons.results.finding import NOT_KNOWN, YES, family, finding
+from comparisons.results.record import SceneRecord
 from comparisons.results.rows import Rows
 from comparisons.results.scene_record import record_scene
-from comparisons.results.selection import confidence, verdicts
-from comparisons.results.store import SceneRecord
 from comparisons.scene.scene import load_scene
 from comparisons.solving.plan_record import PlanRecord
 from comparisons.solving.planning import plan_scene
@@ -41,7 +40,7 @@ def record(name, method="bem_fft"):
     ],
 )
 def test_only_what_is_calibrated_is_called_so(name, called):
-    assert called in confidence(record(name))
+    assert called in record(name).confidence
 
 
 def test_a_problem_sheet_calls_95_per_cent_what_is_calibrated():
@@ -56,7 +55,7 @@ def test_a_problem_sheet_calls_95_per_cent_what_is_calibrated():
 
 
 def test_a_closed_form_leaves_no_bar_but_that_of_the_model():
-    assert "exact" in confidence(record("paraboloid", "closed_form"))
+    assert "exact" in record("paraboloid", "closed_form").confidence
 
 
 def test_what_is_pressed_is_named_once_whatever_lies_below():
@@ -96,7 +95,7 @@ def solved(load, **changes):
 def test_within_by_chance_is_no_recommendation(load, reasons):
     """Of one surface that touches at few summits; each reason is said, with what claims know."""
     record = solved(load)
-    assert [item.word for item in verdicts(record)] == ["within"]
+    assert [item.word for item in record.verdicts_on()] == ["within"]
     (row,) = finding([record])
     assert (row.use, row.cost) == (NOT_KNOWN, "–")
     assert "reduced" not in {setting.method for setting in advise(record).reaching()}

@@ -8,6 +8,7 @@ import pytest
 
 from comparisons.judging.reference import Reference
 from comparisons.judging.verdicts import Verdict
+from comparisons.results.record import SceneRecord, StudyRecord
 from comparisons.results.rows import Rows
 from comparisons.results.run_comparison import (
     CHANGED,
@@ -19,7 +20,6 @@ from comparisons.results.run_comparison import (
     VERDICT,
     compare_runs,
 )
-from comparisons.results.store import SceneRecord, StudyRecord
 from comparisons.solving.plan_record import PlanRecord
 
 DEPTHS = np.array([1e-6, 2e-6, 4e-6])

@@ -14,16 +14,9 @@ from comparisons.errors import ResultsError
 from comparisons.files import read_arrays, write_arrays, write_table
 from comparisons.judging.reference import Bar, Reference, Verification
 from comparisons.judging.verdicts import Verdict
+from comparisons.results.record import FIELDS_FOLDER, SceneRecord, StudyRecord
 from comparisons.results.rows import Rows
-from comparisons.results.store import (
-    FIELDS,
-    RESULTS,
-    STUDY,
-    SceneRecord,
-    StudyRecord,
-    load_study,
-    save_study,
-)
+from comparisons.results.store import RESULTS, STUDY, load_study, save_study
 from comparisons.solving.plan_record import Measured, MethodPlan, PlanRecord, Roughness
 
 THIRD = 1 / 3
@@ -60,7 +53,7 @@ MISSING = Verdict(method="fem", quantity="energy", at="force", tolerance=0.01, r
 def record(tmp_path):
     """Return a small study whose one field file exists."""
     folder = tmp_path / "study"
-    path = folder / FIELDS / "a-bem_fft-8-0-abc.npz"
+    path = folder / FIELDS_FOLDER / "a-bem_fft-8-0-abc.npz"
     write_arrays(path, {"pressure": np.arange(6.0)})
     rows = pd.DataFrame(
         {
@@ -195,7 +188,7 @@ def test_field_files_outside_the_folder_are_refused(record, tmp_path, name):
     """By their name, or where a link leads."""
     (tmp_path / "secret.npz").write_bytes(b"x")
     if not name:
-        name = f"{FIELDS}/link.npz"
+        name = f"{FIELDS_FOLDER}/link.npz"
         (record.directory / name).symlink_to(tmp_path / "secret.npz")
     with pytest.raises(ResultsError, match="leads out of"):
         reloaded(record, lambda d: scene(d, fields=[["bem_fft", 8, name]]))

@@ -9,7 +9,6 @@ from comparisons.judging.verdicts import NO_RESULT, word_for, worst
 from comparisons.results.advice import advise
 from comparisons.results.finding import finding
 from comparisons.results.rows import Rows
-from comparisons.results.selection import verdicts
 from reports.pages.study import write_report
 
 pytestmark = pytest.mark.slow
@@ -48,7 +47,7 @@ def found(page):
 def expected(study, tolerance, counted=None):
     rows = []
     for asked in asked_anew(study, tolerance, counted):
-        decisive, advice = worst(verdicts(asked)), advise(asked)
+        decisive, advice = worst(asked.verdicts_on()), advise(asked)
         best = ", ".join(setting.brief for setting in advice.reaching()[:2])
         rows.append((decisive.word, decisive.quantity, best or "no setting within tolerance"))
     return rows

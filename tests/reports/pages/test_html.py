@@ -22,7 +22,6 @@ from comparisons.judging.verdicts import worst
 from comparisons.results.advice import advise
 from comparisons.results.rows import NO_ROWS, Rows
 from comparisons.results.scene_record import explained
-from comparisons.results.selection import second_rows, verdicts
 from comparisons.solving.plan_record import PlanRecord
 from reports.pages import study as html
 from reports.pages.page import embedded_json
@@ -182,7 +181,7 @@ def test_reasons_answers_and_disagreements_stand_on_the_page(study, parsed):
 
 
 def test_verdicts_use_the_finest_resolution_of_the_reduced_model(study):
-    said = verdicts(study.scenes[1])
+    said = study.scenes[1].verdicts_on()
     assert [(item.quantity, item.word, item.resolution) for item in said] == [
         ("penetration", "within", 128.0),
         ("contact_area", "outside", 128.0),
@@ -193,10 +192,10 @@ def test_a_reduced_model_without_a_result_says_why(study):
     scene = study.scenes[0]
     lost = tuple(item for item in scene.verdicts if item.method != "reduced")
     lost = recorded(scene, verdicts=lost)
-    assert {item.word for item in verdicts(lost)} == {"no result"}
-    assert "no value of the reduced model" in verdicts(lost)[0].reason
+    assert {item.word for item in lost.verdicts_on()} == {"no result"}
+    assert "no value of the reduced model" in lost.verdicts_on()[0].reason
     silent = recorded(lost, rows=lost.rows.where(lost.rows["method"] != "reduced"))
-    assert "not computed by the method" in verdicts(silent)[0].reason
+    assert "not computed by the method" in silent.verdicts_on()[0].reason
 
 
 def recorded(scene, **changes):
@@ -253,11 +252,11 @@ def test_the_prescribed_load_decides_and_the_other_is_a_row_to_look_up(study):
     area = [item for item in scene.verdicts if item.quantity == "contact_area"]
     other = tuple(replace(item, **far) for item in area if item.word != "no result")
     both = replace(scene, verdicts=scene.verdicts + other)
-    (area,) = [item for item in verdicts(both) if item.quantity == "contact_area"]
+    (area,) = [item for item in both.verdicts_on() if item.quantity == "contact_area"]
     assert (area.at, area.word) == ("penetration", "within")
-    assert worst(verdicts(both)).word == "within"
+    assert worst(both.verdicts_on()).word == "within"
     assert advise(both).cheapest.method == "reduced"
-    assert [(item.at, item.word) for item in second_rows(both)] == [("force", "outside")]
+    assert [(item.at, item.word) for item in both.second_rows] == [("force", "outside")]
     page = html.page(replace(study, scenes=(both,)), with_pictures=False)
     assert "not used for the verdict" in page
 

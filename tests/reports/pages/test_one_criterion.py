@@ -11,12 +11,10 @@ from comparisons import formatting as fmt
 from comparisons.facts.quantities import quantity
 from comparisons.judging.verdicts import judge, worst
 from comparisons.questions.study import solved_in_memory
-from comparisons.results import selection
 from comparisons.results.advice import advise
 from comparisons.results.finding import finding
+from comparisons.results.record import StudyRecord
 from comparisons.results.scene_record import explained, record_scene
-from comparisons.results.selection import by_chance, equal_at, verdicts
-from comparisons.results.store import StudyRecord
 from comparisons.scene.scene import builtin_names, load_scene
 from comparisons.solving.planning import plan_scene
 from reports.pages import study as html
@@ -88,7 +86,7 @@ def rows_of(table):
 
 def assert_one_voice(scene, folder, capsys):
     """Read page, terminal, advice, paper tables and notebook; compare with the verdicts."""
-    study, advice, told = study_of(scene, folder), advise(scene), verdicts(scene)
+    study, advice, told = study_of(scene, folder), advise(scene), scene.verdicts_on()
     terminal.print_study(study, [], verbose=True)
     run = words(capsys.readouterr().out)
     terminal.print_advice([(scene.name, advice)])
@@ -114,7 +112,7 @@ def assert_one_voice(scene, folder, capsys):
     assert_times_were_measured(scene, advice)
     # Who is within and computes all that was asked is advised, and who is advised is within.
     reached = {part.method for part in advice.reaching()}
-    sure = not by_chance(scene, "reduced")
+    sure = not scene.by_chance("reduced")
     whole = all(item.offered or not item.counts for item in told)
     assert ("reduced" in reached) == (whole and sure and worst(told).word == "within")
     if advice.cheapest is not None:
@@ -148,7 +146,7 @@ def test_the_prescribed_load_decides(scene):
     for setting in advice.settings:
         if setting.is_truth or setting.method == "reduced":  # the line's own bars come on top
             continue
-        rows = selection.curve(scene, setting.method, setting.resolution)
+        rows = scene.curve(setting.method, setting.resolution)
         for item in setting.counted:
             if item.quantity == "pressure":
                 continue
@@ -157,7 +155,7 @@ def test_the_prescribed_load_decides(scene):
             assert item.word == judge(error, bar, scene.tolerance)
             reach = np.abs(error) + bar
             assert reach[item.step] == pytest.approx(np.max(reach), rel=1e-8)
-            assert item.at == equal_at(scene, item.quantity)
+            assert item.at == scene.equal_at(item.quantity)
 
 
 @pytest.mark.slow
@@ -171,7 +169,7 @@ def test_the_finding_answers_what_to_use_for_a_ball_and_what_for_an_ellipsoid():
     assert (good.scenes, good.use) == ("axisymmetric bodies: sphere", "yes")
     assert good.cost.startswith(f"{fmt.duration(best.seconds)} (N = {best.resolution}), ")
     assert (bad.scenes, bad.use, bad.cost) == ("ellipsoids: ellipsoid-5", "no", "–")
-    assert bad.error == f"F {worst(verdicts(oblong)).number} at d = 1.00\u202fµm"
+    assert bad.error == f"F {worst(oblong.verdicts_on()).number} at d = 1.00\u202fµm"
     assert bad.error.startswith("F \u22125.")  # the sign: the model is too soft
     assert bad.instead == f"closed form (exact) {fmt.duration(form.seconds)}"
 
@@ -188,7 +186,7 @@ def test_the_page_of_one_scene_has_the_errors_of_every_solver():
     """Those of FFT BEM stand below the model's, as the table of verdicts has them."""
     scene = solved("paraboloid", COARSE | {"compare.quantities": ["force"]})
     view = scene_view(scene, "scene-1")
-    assert list(view.others["FFT BEM"].values()) == list(verdicts(scene, "bem_fft"))
+    assert list(view.others["FFT BEM"].values()) == list(scene.verdicts_on("bem_fft"))
     assert not view.judged.keys() & view.others.keys()
 
 
@@ -236,5 +234,5 @@ def test_a_truth_that_alone_gives_a_quantity_answers_for_it():
 def test_what_is_zero_everywhere_is_no_verdict_and_says_why(name, changes, quantity, reason):
     """A ball that stays elastic leaves no dent; one that is only pulled at never touches."""
     scene = solved(name, changes | {"compare.methods": ["reduced"]})
-    (zero,) = (item for item in verdicts(scene) if item.quantity == quantity)
+    (zero,) = (item for item in scene.verdicts_on() if item.quantity == quantity)
     assert (zero.reason, zero.counts) == (reason, False)

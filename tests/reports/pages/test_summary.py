@@ -8,6 +8,7 @@ import pytest
 
 from comparisons.questions.claims.record import RECORD, ClaimRecord, ClaimsRecord, PointRecord
 from comparisons.results.advice import advise
+from comparisons.results.record import SceneRecord
 from reports.pages import study as html
 from reports.pages.claims import claims_beside
 from reports.pages.study import compared_methods, scene_view, times_to_errors
@@ -75,7 +76,7 @@ def test_what_was_compared_names_methods_that_solved(study):
 
 
 def test_a_method_of_the_users_own_is_never_called_a_reference(study, monkeypatch):
-    monkeypatch.setattr(html, "judged_methods", lambda _: ["reduced", "bem_dense"])
+    monkeypatch.setattr(SceneRecord, "judged_methods", ["reduced", "bem_dense"])
     named = compared_methods(study.scenes)
     assert "closed form" in named
     assert "dense BEM" not in named
@@ -132,8 +133,8 @@ def test_fits_of_our_own_have_no_row_of_verdicts_in_a_report_that_loads_no_solve
     """`roughline report` took fits, whose files bring their own rows, for a user's methods."""
     told = python(
         "-c",
-        "from comparisons.results import selection\n"
-        "selection.methods = lambda record: ['reduced', 'kogut_etsion']\n"
-        "print(selection.judged_methods(None))",
+        "from comparisons.results.record import SceneRecord\n"
+        "SceneRecord.methods = ['reduced', 'kogut_etsion']\n"
+        "print(object.__new__(SceneRecord).judged_methods)",
     )
     assert told.stdout.strip() == "['reduced']"

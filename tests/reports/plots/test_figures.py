@@ -10,7 +10,6 @@ import pytest
 import roughline
 from comparisons.facts.methods import BUILT_IN, ours
 from comparisons.geometry.prepare import prepare
-from comparisons.results import selection
 from comparisons.results.rows import Rows
 from comparisons.scene.scene import load_scene
 from comparisons.solving.plan import roughness_of
@@ -91,7 +90,7 @@ def test_methods_differ_in_colour_marker_and_dash():
 def test_curves_carry_the_values_in_the_unit_of_the_axis(study):
     scene = study.scenes[0]
     force = curves.curves(scene)[0]
-    rows = selection.curve(scene, "closed_form")
+    rows = scene.curve("closed_form")
     (trace,) = traces(force, "closed form")
     assert spec(force)["layout"]["xaxis"]["title"]["text"] == "penetration depth d / µm"
     assert spec(force)["layout"]["yaxis"]["title"]["text"] == "force F / N"
@@ -105,7 +104,7 @@ def test_curves_that_coincide_are_shown_as_ratios_too(study):
     scene = study.scenes[0]
     shown = {figure.key: figure for figure in curves.curves(scene)}
     (trace,) = traces(shown["ratio-force"], "FFT BEM")
-    error = selection.curve(scene, "bem_fft")["error_force"]
+    error = scene.curve("bem_fft")["error_force"]
     np.testing.assert_allclose(trace["y"], 1 + error, rtol=1e-5)  # six digits in the page
     assert "ratios" in shown["curve-force"].caption
     far = replace(scene, rows=Rows.of(scene.rows.frame().assign(error_force=0.2)))
@@ -334,7 +333,7 @@ def test_an_axis_of_errors_has_one_unit():
 
 def test_a_setting_without_any_answer_has_no_curve(study):
     """As where the finest grid lost all its steps; the page then ended in an error."""
-    assert not len(selection.curve(study.scenes[0], "reduced", 10**6))
+    assert not len(study.scenes[0].curve("reduced", 10**6))
 
 
 @pytest.fixture(scope="module")

@@ -10,9 +10,8 @@ import pytest
 
 from comparisons.judging.reference import Reference
 from comparisons.judging.verdicts import Verdict
-from comparisons.results import selection
+from comparisons.results.record import SceneRecord
 from comparisons.results.rows import Rows
-from comparisons.results.store import SceneRecord
 from comparisons.solving.plan_record import PlanRecord
 from reports.plots import curves, errors, interactive, physics, speed
 from reports.plots.interactive import spec
@@ -173,7 +172,7 @@ def shapes(stores, monkeypatch):
         "worn_shapes": np.array([unworn, np.maximum(unworn, 1e-6), np.maximum(unworn, 4e-6)]),
     }
     rows = pd.DataFrame({"sliding_distance": [1e-3, 2e-3]})
-    monkeypatch.setattr(physics.selection, "curve", lambda *setting: rows)
+    monkeypatch.setattr(SCENE, "curve", lambda *setting: rows, raising=False)
     return stores("bem_fft", 16, fields)
 
 
@@ -311,7 +310,7 @@ def test_a_lost_step_of_a_path_is_told_at_its_step(loop):
     rows = loop.rows.frame()
     rows.loc[(rows["method"] == "reduced") & (rows["step"] == 4), "converged"] = False
     rows.loc[~rows["converged"], "reason"] = "it slides away"
-    (failure,) = selection.failures(replace(loop, rows=Rows.of(rows)))
+    (failure,) = replace(loop, rows=Rows.of(rows)).failures
     assert (failure.load, failure.reason) == (5.0, "it slides away")
 
 
@@ -388,7 +387,7 @@ def test_shares_are_areas_over_the_nominal_one_and_the_ring_stands_at_the_load(r
     shares = failure_view(rough)[2]
     x = np.unique(pressure_fields(rough)[-1].x)
     side = np.ptp(x) * len(x) / (len(x) - 1)
-    areas = selection.curve(rough, "reduced")["contact_area"]
+    areas = rough.curve("reduced")["contact_area"]
     (model,) = [line for line in shares.series if line.look.label == "area, reduced model"]
     np.testing.assert_allclose(model.y, areas / side**2, rtol=1e-9)
     for step, figure in zip(slider_steps(rough).steps, (*shares.earlier, shares), strict=True):

@@ -10,7 +10,6 @@ from comparisons.questions.single import solve_scene
 from comparisons.questions.study import Study
 from comparisons.results.finding import finding
 from comparisons.results.rows import NO_ROWS
-from comparisons.results.selection import verdicts
 from comparisons.scene.scene import make_scene
 from comparisons.solving.planning import plan_scene
 from roughline.commands import terminal
@@ -100,7 +99,7 @@ def test_a_study_is_its_quantities_the_finding_and_the_report(capsys, record, mo
     lines = told.splitlines()
     assert all(len(line) <= 80 for line in lines[:-1])  # the path is in one piece
     assert len(lines) < 20
-    for item in verdicts(record.scenes[0]):
+    for item in record.scenes[0].verdicts_on():
         assert any(quantity(item.quantity).label in line and item.word in line for line in lines)
     (row,) = finding(record.scenes)
     for text in (row.scenes, row.use, row.error, row.cost, row.instead):

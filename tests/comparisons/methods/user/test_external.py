@@ -31,9 +31,9 @@ from comparisons.questions.hard_cases.catalogue import catalogue
 from comparisons.questions.hard_cases.run import outcomes
 from comparisons.questions.single import solve_scene
 from comparisons.questions.study import solved_in_memory
+from comparisons.results.record import StudyRecord
 from comparisons.results.scene_record import record_scene
-from comparisons.results.selection import judged_methods, verdicts
-from comparisons.results.store import StudyRecord, load_study
+from comparisons.results.store import load_study
 from comparisons.scene.scene import load_scene
 from comparisons.solving import external_work
 from comparisons.solving.execution import execute
@@ -142,8 +142,8 @@ def test_a_method_that_is_given_runs_where_others_are_named_and_is_judged_by_the
     assert run_command([*arguments, "--method-file", str(EXAMPLE)]) == 0
     (scene,) = load_study(tmp_path / "out").scenes
     assert scene.reference.method == "closed_form"
-    assert judged_methods(scene) == ["reduced", "winkler"]
-    assert worst(verdicts(scene, "winkler")).word == "outside"
+    assert scene.judged_methods == ["reduced", "winkler"]
+    assert worst(scene.verdicts_on("winkler")).word == "outside"
     assert "The Winkler foundation" in capsys.readouterr().out
 
 
@@ -508,7 +508,7 @@ def test_a_method_of_ones_own_has_its_verdict_beside_the_reduced_model(capsys, t
     few = {"compare.methods": ["closed_form", "reduced", "winkler"]}
     (plan,) = plan_scene(load_scene("paraboloid", few))
     scene = record_scene(*solved_in_memory(plan, "quick"))
-    assert judged_methods(scene) == ["reduced", "winkler"]
+    assert scene.judged_methods == ["reduced", "winkler"]
     study = StudyRecord("2026-01-31T12:00:00", "", "quick", 1.0, {}, {}, (scene,))
     print_study(study, [], verbose=True)
     told = capsys.readouterr().out
