@@ -28,7 +28,8 @@ MOST_REALISATIONS = 450
 # On grids that are coarser than the finest, of which nothing draws a band.
 MOST_COARSE = 100
 BARS = "reference_uncertainty"
-DIGITS = 8  # of values of single surfaces: their scatter is in the second
+# Of values of single surfaces, and of their errors: their scatter is in the second.
+DIGITS, ERROR_DIGITS = 8, 5
 
 
 @dataclass(frozen=True)
@@ -128,19 +129,22 @@ def _solution_tables(
     for (k, step), reason in solution.reasons.items():
         if k in places:
             reasons[places[k], step] = reason
-    own = {
+    own: dict[str, Any] = {
         "iterations": solution.iterations[shown].ravel(),
         "violation": solution.violation[shown].ravel(),
         "converged": solution.converged[shown].ravel(),
         "reason": reasons.ravel(),
     }
     columns = _columns(plan, curves, names, common, truth)
-    if count > 1:  # bars are in the rows of the mean
+    if count > 1:  # bars and the machine are in the rows of the mean
         columns = {name: v for name, v in columns.items() if not name.startswith(BARS)}
+        digits = dict.fromkeys(curves, DIGITS)
+        digits |= {name: ERROR_DIGITS for name in columns if name.startswith("error_")}
         columns |= {
-            name: np.array([f"{value:.{DIGITS}g}" for value in columns[name]], dtype=float)
-            for name in curves
+            name: np.array([f"{value:.{most}g}" for value in columns[name]], dtype=float)
+            for name, most in digits.items()
         }
+        own["machine"] = ""
     yield pd.DataFrame(common | columns | own)
     if count > 1:
         means = {name: values[None, :] for name, values in levels.curves(resolution).items()}

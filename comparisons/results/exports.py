@@ -53,7 +53,7 @@ def measures(scene: SceneRecord) -> pd.DataFrame:
         rows = scene.setting_rows(item.method, item.resolution)
         table.append(
             {"scene": scene.name, "method": item.method, "resolution": item.resolution}
-            | {name: rows[name][0] for name in COST}
+            | {name: rows[name][-1] for name in COST}
             | {
                 "converged": rows["converged"].all(),
                 "reason": next(filter(None, rows["reason"]), ""),

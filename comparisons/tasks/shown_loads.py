@@ -20,6 +20,8 @@ MOST_POINTS = 2**20
 SLIP = ("friction_used", "traction_x", "traction_y")
 NAMES = ("pressure", "pressure_x", "pressure_y", "pressure_shape", *SLIP)
 DRAWN = ("mesh_", "displacement", "gap", "heights")
+# Of these, what pages show to four digits: colours, and exaggerated shifts.
+COLOURED = ("heights", "mesh_displacement", "mesh_von_mises")
 # What no page shows: anywhere, and below rough surfaces.
 UNSEEN, BODY = ("displacement", "gap"), ("mesh_cells", "mesh_displacement")
 # What pages show of the finest grid of a method alone.
@@ -70,20 +72,24 @@ def earlier_fields(
             if name not in fields:
                 continue
             if name not in last or not np.array_equal(fields[name], last[name]):
-                arrays[f"step.{step}.{name}"] = _single(fields[name])
+                single = _single(fields[name])
+                arrays[f"step.{step}.{name}"] = _coarse(single) if name == "pressure" else single
     return arrays
 
 
 def shown(fields: Fields, *, all_of_them: bool = False) -> dict[str, np.ndarray]:
     """Return the fields that pages show or comparisons use; with `all_of_them` those for ParaView.
 
-    Those that are only drawn, and never compared, are in single precision. A rough surface is
-    drawn by its heights, not by the body below it.
+    Those that are only drawn, and never compared, are in single precision, and for pages to four
+    digits. A rough surface is drawn by its heights, not by the body below it.
     """
-    unseen = () if all_of_them else UNSEEN + (BODY if "heights" in fields else ())
+    drawn = {name: _single(v) if name.startswith(DRAWN) else v for name, v in fields.items()}
+    if all_of_them:
+        return drawn
+    unseen = UNSEEN + (BODY if "heights" in fields else ())
     return {
-        name: _single(values) if name.startswith(DRAWN) else values
-        for name, values in fields.items()
+        name: _coarse(values) if name in COLOURED else values
+        for name, values in drawn.items()
         if name not in unseen
     }
 
@@ -94,6 +100,14 @@ def _single(values: np.ndarray) -> np.ndarray:
         return values
     largest = np.max(np.abs(values), where=np.isfinite(values), initial=0.0)
     return values.astype(np.float32) if largest == 0 or 1e-30 < largest < 1e37 else values
+
+
+def _coarse(values: np.ndarray) -> np.ndarray:
+    """Return numbers to four digits, in single precision: zeros behind them take no room."""
+    if values.dtype != np.float32:
+        return values
+    bits = np.ascontiguousarray(values).view(np.uint32)
+    return ((bits + np.uint32(0x400)) & np.uint32(0xFFFFF800)).view(np.float32)
 
 
 def stored_steps(fields: Fields) -> list[int]:

@@ -16,7 +16,7 @@ from reports.plots.style import CONTACT
 
 MOST_POINTS = 96  # per side of a surface
 FILLING, FILLING_FLAT = 1.55, 2.0
-SHADES = 255
+SHADES, STEPS = 255, 65535  # of a colour, and of a place
 BALLS = 200.0  # pixels of a ball as large as the half-width of what is shown
 # The camera of the still pictures: from the front right, from above.
 CAMERA = {
@@ -35,11 +35,13 @@ Drawn = tuple[dict[str, Any], np.ndarray]  # a trace without its places, and its
 def view(job: Job) -> dict[str, Any]:
     """Return data and layout of the interactive view of a rendering job."""
     trace, points = _VIEWS[str(job["kind"])](job)
-    trace |= {name: _packed(points[:, axis]) for axis, name in enumerate("xyz")}
+    # In steps of the largest extent, which are finer than a screen.
+    extent = np.ptp(points, axis=0)
+    steps = np.round((points - points.min(axis=0)) * (STEPS / extent.max()))
+    trace |= {name: _packed(steps[:, axis], "u2") for axis, name in enumerate("xyz")}
     if trace["type"] == "mesh3d":
         trace |= {"cmin": 0.0, "showscale": False}
     trace["hoverinfo"] = "skip"
-    extent = np.ptp(points, axis=0)
     hidden = {"visible": False, "showspikes": False}
     scene: dict[str, Any] = {"xaxis": hidden, "yaxis": hidden, "zaxis": hidden}
     # To scale, and large enough to fill the frame.
