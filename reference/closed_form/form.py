@@ -17,9 +17,10 @@ Array = NDArray[np.float64]
 Law = Callable[[Array], Array]
 
 
-def require_positive(shape: str, **parameters: float) -> None:
-    """Raise one ValueError that lists every parameter that is not a finite positive number."""
+def require_positive(shape: str, **parameters: float) -> list[float]:
+    """Return the parameters; one ValueError lists all that are no finite positive numbers."""
     refuse([f"{shape}: {fault}" for fault in positive_faults(**parameters)])
+    return [float(value) for value in parameters.values()]
 
 
 def checked_load(name: str, value: ArrayLike, limit: float = math.inf, reason: str = "") -> Array:

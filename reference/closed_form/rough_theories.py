@@ -22,6 +22,7 @@ p/h').
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
@@ -154,6 +155,13 @@ def bush_gibson_thomas_area(relative_load: ArrayLike) -> Any:
     return np.asarray(math.sqrt(2 * math.pi) * load)[()]
 
 
+def _separation(
+    law: Callable[[float], float], pressure: float, ends: tuple[float, float], unit: float
+) -> float:
+    """Return the separation between two ends at which a law has a pressure."""
+    return float(brentq(lambda at: math.log(law(at) / pressure), *ends, xtol=1e-12 * unit))
+
+
 @dataclass(frozen=True)
 class BushGibsonThomas:
     """Elliptic asperities with the heights and curvatures of the summits of a surface."""
@@ -180,11 +188,7 @@ class BushGibsonThomas:
     def separation(self, pressure: float) -> float:
         """Return the separation at F/(E* A0)."""
         rms = math.sqrt(self.moments.height)
-
-        def excess(separation: float) -> float:
-            return math.log(self.pressure(separation) / pressure)
-
-        return float(brentq(excess, -20 * rms, 12 * rms, xtol=1e-12 * rms))
+        return _separation(self.pressure, pressure, (-20 * rms, 12 * rms), rms)
 
     def _sum(self, separation: float, power: float, radius_power: float, factor: int) -> float:
         """Return the mean over summits of depth^power radius^radius_power, times their density.
@@ -239,11 +243,7 @@ class GreenwoodWilliamson:
     def separation(self, pressure: float) -> float:
         """Return the separation at F/(E* A0)."""
         ends = self.mean - 10 * self.deviation, self.mean + 10 * self.deviation
-
-        def excess(separation: float) -> float:
-            return math.log(self.pressure(separation) / pressure)
-
-        return float(brentq(excess, *ends, xtol=1e-12 * self.deviation))
+        return _separation(self.pressure, pressure, ends, self.deviation)
 
     def area(self, separation: float) -> float:
         """Return A/A0."""
@@ -305,12 +305,26 @@ class WaveRings:
         """Mean square gradients of the waves up to each ring, with it."""
         return np.cumsum(self.wavenumber**2 * self.power)
 
+    def _in_contact(self, pressure: float) -> tuple[float, float]:
+        """Return A/A0 and the variance to which the pressure has spread, with all waves."""
+        raise NotImplementedError
 
-def _pressure_below(pressure: float, limits: ArrayLike, width: float) -> Array:
-    """Phi((s - p)/w) - Phi((s + p)/w), less its value at zero."""
-    high = np.maximum(np.asarray(limits, dtype=float), 0.0)
-    there = ndtr((high - pressure) / width) + ndtr(-(high + pressure) / width)
-    return np.asarray(there - 2 * ndtr(-pressure / width))
+    def area(self, pressure: float) -> float:
+        """Return A/A0 at the nominal pressure p/E*."""
+        refuse(positive_faults(pressure=pressure))
+        return self._in_contact(pressure)[0]
+
+    def pressure_below(self, pressure: float, limits: ArrayLike) -> Array:
+        """Return the share of A0 in contact whose pressure is below each limit, over A0.
+
+        The density is that of two Gaussians, at p and, negative, at -p: it starts in proportion to
+        the pressure.
+        """
+        refuse(positive_faults(pressure=pressure))
+        width = math.sqrt(self._in_contact(pressure)[1])
+        high = np.maximum(np.asarray(limits, dtype=float), 0.0)
+        there = ndtr((high - pressure) / width) + ndtr(-(high + pressure) / width)
+        return np.asarray(there - 2 * ndtr(-pressure / width))
 
 
 class Persson(WaveRings):
@@ -319,23 +333,12 @@ class Persson(WaveRings):
     # Share of the elastic energy of waves that are not in contact everywhere (Almqvist et al. 2011)
     gamma = 0.45
 
-    def area(self, pressure: float) -> float:
-        """Return A/A0 at the nominal pressure p/E*."""
-        return float(self._areas(pressure)[-1])
+    def _in_contact(self, pressure: float) -> tuple[float, float]:
+        return float(self._areas(pressure)[-1]), float(self._slopes[-1]) / 4
 
     def _areas(self, pressure: float) -> Array:
         """Return the share in contact that is seen with the waves up to each ring."""
-        refuse(positive_faults(pressure=pressure))
         return np.asarray(erf(math.sqrt(2) * pressure / np.sqrt(self._slopes)))
-
-    def pressure_below(self, pressure: float, limits: ArrayLike) -> Array:
-        """Return the share of A0 in contact whose pressure is below each limit, over A0.
-
-        The density is that of two Gaussians of variance h'^2/4 at p and, negative, at -p: it starts
-        in proportion to the pressure.
-        """
-        refuse(positive_faults(pressure=pressure))
-        return _pressure_below(pressure, limits, math.sqrt(self._slopes[-1]) / 2)
 
     def mean_gap(self, pressure: float) -> float:
         """Return the mean gap at p/E*."""
@@ -376,6 +379,7 @@ class Persson(WaveRings):
         What a ring of waves takes from the area in contact gets the mean gap u1 that keeps the
         volume, spread by the roughness of the shorter waves as a Gaussian that is folded at zero.
         """
+        refuse(positive_faults(pressure=pressure))
         inside = np.concatenate([[1.0], self._areas(pressure)])
         gaps = [self._gap(pressure / share, ring - 1) for ring, share in enumerate(inside)]
         lost, opened = -np.diff(inside), -np.diff(inside * gaps)
@@ -439,19 +443,9 @@ class PerssonXu(WaveRings):
             low, high = np.where(short, share, low), np.where(short, high, share)
         return share, (gamma + (1 - gamma) * share) * full
 
-    def area(self, pressure: float) -> float:
-        """Return A/A0 at the nominal pressure p/E*."""
-        refuse(positive_faults(pressure=pressure))
-        return float(self._spread(pressure, self._full[-1:])[0][0, 0])
-
-    def pressure_below(self, pressure: float, limits: ArrayLike) -> Array:
-        """Return the share of A0 in contact whose pressure is below each limit, over A0.
-
-        As of `Persson`, with W of all waves for the variance.
-        """
-        refuse(positive_faults(pressure=pressure))
-        width = math.sqrt(self._spread(pressure, self._full[-1:])[1][0, 0])
-        return _pressure_below(pressure, limits, width)
+    def _in_contact(self, pressure: float) -> tuple[float, float]:
+        share, width = self._spread(pressure, self._full[-1:])
+        return float(share[0, 0]), float(width[0, 0])
 
     @cached_property
     def _gap(self) -> tuple[PchipInterpolator, float, float]:

@@ -25,8 +25,7 @@ def paraboloid(radius: float, effective_modulus: float) -> ClosedForm:
     >>> round(float(ball.force(0.01)), 10)
     0.0013333333
     """
-    require_positive("paraboloid", radius=radius, effective_modulus=effective_modulus)
-    R, E = float(radius), float(effective_modulus)
+    R, E = require_positive("paraboloid", radius=radius, effective_modulus=effective_modulus)
 
     def contact_radius(d: Array) -> Array:
         return np.sqrt(R * d)
@@ -61,8 +60,7 @@ def cone(slope: float, effective_modulus: float) -> ClosedForm:
     >>> round(float(cone(slope=0.1, effective_modulus=1.0).contact_radius(0.05 * math.pi)), 12)
     1.0
     """
-    require_positive("cone", slope=slope, effective_modulus=effective_modulus)
-    s, E = float(slope), float(effective_modulus)
+    s, E = require_positive("cone", slope=slope, effective_modulus=effective_modulus)
 
     def contact_radius(d: Array) -> Array:
         return 2 / np.pi * d / s
@@ -102,13 +100,9 @@ def power_law(exponent: float, coefficient: float, effective_modulus: float) -> 
     >>> round(float(quartic.contact_radius(8 / 3)), 12)
     1.0
     """
-    require_positive(
-        "power_law",
-        exponent=exponent,
-        coefficient=coefficient,
-        effective_modulus=effective_modulus,
+    n, c, E = require_positive(
+        "power_law", exponent=exponent, coefficient=coefficient, effective_modulus=effective_modulus
     )
-    n, c, E = float(exponent), float(coefficient), float(effective_modulus)
     lever = 2 * E * n / (n + 1)
     # Roots are taken of lengths in units of a power of two near the length of the shape, so that
     # the digits are the same for units that differ by powers of two.
@@ -190,8 +184,7 @@ def sphere(radius: float, effective_modulus: float) -> ClosedForm:
     w^2 tanh(t)^2, which removes both the root at r and the logarithm at R (relative accuracy
     1e-13). Deeper than 14 R, where 1 - a/R is below 2e-12, loads are refused.
     """
-    require_positive("sphere", radius=radius, effective_modulus=effective_modulus)
-    R, E = float(radius), float(effective_modulus)
+    R, E = require_positive("sphere", radius=radius, effective_modulus=effective_modulus)
 
     def depth_law(b: Array) -> tuple[Array, Array]:
         return b * np.tanh(b), np.tanh(b) + b / np.cosh(b) ** 2
@@ -266,8 +259,7 @@ def cylinder(radius: float, effective_modulus: float) -> ClosedForm:
     >>> float(cylinder(radius=1.0, effective_modulus=1.0).force(0.25))
     0.5
     """
-    require_positive("cylinder", radius=radius, effective_modulus=effective_modulus)
-    a, E = float(radius), float(effective_modulus)
+    a, E = require_positive("cylinder", radius=radius, effective_modulus=effective_modulus)
     zero = np.zeros_like
     return ClosedForm(
         "cylinder",
@@ -297,13 +289,12 @@ def rounded_punch(flat_radius: float, edge_radius: float, effective_modulus: flo
     integral is evaluated by Gauss quadrature in a logarithmic variable that removes the
     near-singularity at r = b (relative accuracy 1e-12).
     """
-    require_positive(
+    b, R, E = require_positive(
         "rounded_punch",
         flat_radius=flat_radius,
         edge_radius=edge_radius,
         effective_modulus=effective_modulus,
     )
-    b, R, E = float(flat_radius), float(edge_radius), float(effective_modulus)
     depth = b / R * b
 
     def depth_law(t: Array) -> tuple[Array, Array]:
@@ -462,13 +453,12 @@ def elliptic_punch(semi_axis_x: float, semi_axis_y: float, effective_modulus: fl
     >>> round(float(elliptic_punch(1.0, 1.0, 1.0).force(0.25)), 12)
     0.5
     """
-    require_positive(
+    half_x, half_y, E = require_positive(
         "elliptic_punch",
         semi_axis_x=semi_axis_x,
         semi_axis_y=semi_axis_y,
         effective_modulus=effective_modulus,
     )
-    half_x, half_y, E = float(semi_axis_x), float(semi_axis_y), float(effective_modulus)
     a, b = max(half_x, half_y), min(half_x, half_y)
     K = float(elliprf(0.0, (b / a) ** 2, 1.0))
     stiffness = math.pi * E * a / K
