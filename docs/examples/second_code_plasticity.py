@@ -154,7 +154,7 @@ def by_ours(share: float, per_radius: int = 9) -> tuple[float, int]:
     steel = PlasticMaterial(Material(1.0, NU), YIELD_STRESS)
     walk = Walk(steel, lambda r: r**2 / 2, radius_at(share), per_radius=per_radius)
     (moment,) = walk.along(LoadPath("penetration", share * DEPTH))
-    return moment.force / FORCE, walk.indentation.mesh.size
+    return moment.force / FORCE, walk.mesh.size
 
 
 def two_codes() -> list[list[str]]:

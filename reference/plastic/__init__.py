@@ -3,7 +3,6 @@
 from reference.plastic.dent_formulas import yield_depth, yield_pressure
 from reference.plastic.indentation import (
     DentMoment,
-    Indentation,
     OutgrownError,
     PlasticState,
     Walk,
@@ -12,7 +11,6 @@ from reference.plastic.j2 import PlasticMaterial
 
 __all__ = [
     "DentMoment",
-    "Indentation",
     "OutgrownError",
     "PlasticMaterial",
     "PlasticState",

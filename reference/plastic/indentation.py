@@ -1,7 +1,7 @@
 """A rigid indenter on an elastic-plastic half-space: first yield, loading, unloading and reloading.
 
-`Walk` leads an indentation along a path of loads in the units of the caller, `Indentation` takes
-its steps: E = 1, lengths in the contact radius that the mesh is made for. The surface is held off
+Loads and moments are in the units of the caller, steps and states have E = 1 and lengths in the
+contact radius that the mesh is made for. The surface is held off
 the indenter by stiff springs at quadrature points; the sum of their forces is the force, exactly.
 Each step minimises one convex potential (incremental plasticity, exterior, springs): Newton's
 method with a line search on its slope converges from anywhere.
@@ -71,88 +71,224 @@ class PlasticState:
     rate: Array | None = None
 
 
-class Indentation:
-    """A half-space of E = 1 below a shape: f(r), or f(x, y) >= 0, the gap at first touch."""
+def elastic_work(way: float, forces: tuple[float, float]) -> float:
+    """Return the work of a force whose power 2/3 is linear along a way.
+
+    That is exact for a ball on an elastic surface, and nearly so on a dented one.
+
+    Examples
+    --------
+    >>> round(elastic_work(1.0, (0.0, 1.0)), 12)
+    0.4
+    """
+    before, force = (float(f) ** (2 / 3) for f in forces)
+    if before == force:
+        return way * forces[0]
+    return float(0.4 * way * (force**2.5 - before**2.5) / (force - before))
+
+
+@dataclass(frozen=True)
+class DentMoment:
+    """A contact at one load of a path.
+
+    `counted_area` of contact lies between the points that touch: to a part of an element. `work` of
+    the force and plastic dissipation are those so far, `iterations` Newton's steps so far,
+    `residual` the unbalanced forces over the largest force.
+    """
+
+    penetration: float
+    force: float
+    counted_area: float
+    work: float
+    elastic: float
+    dissipated: float
+    iterations: int
+    residual: float
+    state: PlasticState
+
+
+class Walk:
+    """An indentation that is led along a path.
+
+    Parameters
+    ----------
+    shape : callable
+        The gap at first touch, f(r) or f(x, y).
+    radius : float or (float, float)
+        Contact radius at the largest load, roughly: contacts of up to 1.25 times that fit. Two
+        half-widths, in x and y: elements in three dimensions below f(x, y).
+    smallest : float
+        Radius at the smallest load that shall be resolved, of round contacts.
+    per_radius : int
+        Elements per contact radius, or half-width.
+    even : (bool, bool)
+        Whether x = 0, and y = 0, is a plane of symmetry of f(x, y).
+
+    Attributes
+    ----------
+    step : float
+        Of the logarithm of a rising load, at its end.
+    length, modulus : float
+        Units of states over those of the caller.
+
+    Examples
+    --------
+    Elastic, it is Hertz's contact:
+
+    >>> from reference.elasticity import Material
+    >>> steel = PlasticMaterial(Material(0.91, 0.3), np.inf)
+    >>> ball = Walk(steel, lambda r: r**2 / 2, 0.1, per_radius=4)
+    >>> (moment,) = ball.along(LoadPath("penetration", 0.01))
+    >>> abs(moment.force / (4 / 3 * 0.01**1.5) - 1) < 1e-3
+    True
+    """
 
     def __init__(
-        self, material: PlasticMaterial, shape: Callable[..., Array], mesh: Elements
+        self,
+        material: PlasticMaterial,
+        shape: Callable[..., Array],
+        radius: float | tuple[float, float],
+        *,
+        smallest: float | None = None,
+        per_radius: int = 8,
+        even: tuple[bool, bool] = (True, True),
     ) -> None:
-        if material.elastic.youngs_modulus != 1:
-            refuse(["the material must have E = 1"])
+        faults = count_faults(2, per_radius=per_radius)
+        sides = np.broadcast_to(np.asarray(radius, dtype=float), 2)
+        faults += positive_faults(radius=min(sides))
+        length = float(np.sqrt(sides[0] * sides[1])) if min(sides) > 0 else 1.0
+        least = 1.0 if smallest is None else smallest / length
+        if not 0 < least <= 1 + 1e-12:
+            faults.append(f"smallest must lie in (0, radius], not {smallest!r}")
+        refuse(faults)
         nu = material.elastic.poisson_ratio
-        self.material, self.shape, self.mesh = material, shape, mesh
-        self.gap = np.asarray(shape(*mesh.surface.place), dtype=float)
+        if np.ndim(radius) == 0:
+            mesh = Elements.section(least, 1.0, per_radius, nu)
+        else:
+            mesh = Elements.block((sides[0] / length, sides[1] / length), per_radius, nu, even)
+        self.mesh, self.length, self.modulus = mesh, length, material.elastic.youngs_modulus
+        self.material = material.scaled(self.modulus)
+        self.shape = lambda *at: np.asarray(shape(*(x * length for x in at)), float) / length
+        self.gap = self.shape(*mesh.surface.place)
         self.springs = _SPRINGS / (1 - nu**2) / mesh.surface.length[:, None]
+        self.step = (_STEP if mesh.hoop else _BLOCK_STEP) / per_radius
+        # before anything
+        points = Points.virgin(mesh.weight.shape, mesh.components)
+        stress = np.zeros((*mesh.weight.shape, mesh.components))
+        self.virgin = PlasticState(0.0, 0.0, np.zeros(mesh.size), points, stress)
 
-    @property
-    def virgin(self) -> PlasticState:
-        """The state before anything."""
-        mesh, shape = self.mesh, self.mesh.weight.shape
-        points = Points.virgin(shape, mesh.components)
-        stress = np.zeros((*shape, mesh.components))
-        return PlasticState(0.0, 0.0, np.zeros(mesh.size), points, stress)
+    def along(self, path: LoadPath) -> Iterator[DentMoment]:
+        """Yield the contact at each load of a path of penetrations or forces.
 
-    def press(self, state: PlasticState, penetration: float) -> PlasticState:
-        """Return the state at another penetration."""
-        return self._reach(state, penetration, None)
-
-    def push(self, state: PlasticState, force: float) -> PlasticState:
-        """Return the state under another force; 0 lifts the indenter off, in one step.
-
-        That is elastic but for some points: three steps in place of one leave a dent that differs
-        by 4e-7 of its depth.
+        Raises ConvergenceError if a step does not come to balance, OutgrownError if the contact
+        reaches the end of what may be touched.
         """
-        return self._reach(state, None, force)
+        control = path.one_of("penetration", "force")
+        if control == "force" and (path.values < 0).any():
+            raise ValueError("force must not be negative: nothing holds the indenter")
+        state, energy = self.virgin, self.modulus * self.length**3
+        unit = self.length if control == "penetration" else self.modulus * self.length**2
+        for load in (path.values / unit).tolist():
+            now = state.penetration if control == "penetration" else state.force
+            if load <= max(now, 0.0):
+                count = _FALLING if 0 <= load < now else 1
+                values = np.linspace(now, load, count + 1)[1:]
+            else:
+                shares = [1.0]
+                while shares[-1] > _FIRST:
+                    shares.append(shares[-1] * np.exp(-self.step / shares[-1] ** _POWER))
+                values = load * np.array(shares[::-1])
+                values = values[values > now * (1 + 1e-9)]
+            for value in values:
+                state = self.step_to(state, **{control: value})
+            area = 0.0
+            if state.force > 0:
+                area = self.mesh.contact_area(self.shape, state.penetration, state.unknowns)
+            if not np.isfinite(area):
+                raise OutgrownError("the contact is larger than its mesh was made for")
+            yield DentMoment(
+                penetration=state.penetration * self.length,
+                force=state.force * self.modulus * self.length**2,
+                counted_area=area * self.length**2,
+                work=state.work * energy,
+                elastic=state.elastic * energy,
+                dissipated=state.dissipated * energy,
+                iterations=state.iterations,
+                residual=state.residual,
+                state=state,
+            )
 
-    def counted_area(self, state: PlasticState) -> float:
-        """Return the area within which the surface touches; 0 without contact.
-
-        Raises OutgrownError if it reaches the end of what may be touched.
-        """
-        if state.force == 0:
-            return 0.0
-        area = self.mesh.contact_area(self.shape, state.penetration, state.unknowns)
-        if not np.isfinite(area):
-            raise OutgrownError("the contact is larger than its mesh was made for")
-        return area
-
-    def contact_area(self, state: PlasticState) -> float:
+    def contact_area(self, moment: DentMoment) -> float:
         """Return the area of contact; of one that is not round as it is counted.
 
         A round one starts to unload with dF/dd = 2 E* a, whatever has yielded (Pharr, Oliver &
         Brotzen 1992). Its edge sticks within elements, which the unloading passes: F^(2/3), linear
         on Hertz's ball, is a parabola of d over it.
         """
-        area = self.counted_area(state)
-        if area == 0 or not self.mesh.hoop:
-            return area
+        state = moment.state
+        if moment.counted_area == 0 or not self.mesh.hoop:
+            return moment.counted_area
         states = [state]
         for share in _UNLOADED:
-            states.append(self.push(states[-1], share * state.force))
+            states.append(self.step_to(states[-1], force=share * state.force))
         risen = np.array([s.penetration - state.penetration for s in states])
         root = np.array([s.force / state.force for s in states]) ** (2 / 3)
         unit = -risen[-1]
         _, slope, start = np.polyfit(risen / unit, root, 2)
         stiffness = 1.5 * np.sqrt(start) * slope * state.force / unit
-        return float(np.pi * (stiffness * (1 - self.material.elastic.poisson_ratio**2) / 2) ** 2)
+        radius = stiffness * (1 - self.material.elastic.poisson_ratio**2) / 2
+        return float(np.pi * radius**2) * self.length**2
 
-    def residual_depth(self, unknowns: Array) -> float:
-        """Return the penetration at which an indenter would just touch the surface as it is."""
-        return float((self.gap + self.mesh.surface.sunk(unknowns)).min())
+    def residual_depth(self, moment: DentMoment) -> float:
+        """Return the depth that remains if the indenter is lifted off from here.
 
-    def _reach(
-        self, state: PlasticState, depth: float | None, force: float | None, halvings: int = 0
+        In one step, elastic but for some points: three leave a dent that differs by 4e-7.
+        """
+        state = moment.state
+        if not state.points.amount.any():
+            return 0.0
+        left = self.step_to(state, force=0.0) if state.force > 0 else state
+        return self.length * self._touched(left.unknowns)
+
+    def given_back(self, moment: DentMoment) -> float:
+        """Return the work that the body gives back if the indenter is lifted off from here."""
+        state, work = moment.state, 0.0
+        for share in 1 - np.arange(1, _GIVEN_BACK + 1) / _GIVEN_BACK:
+            lifted = self.step_to(state, force=moment.state.force * share**1.5)
+            risen = state.penetration - lifted.penetration
+            work += elastic_work(risen, (state.force, lifted.force))
+            state = lifted
+        return float(work * self.modulus * self.length**3)
+
+    def surface(self, moment: DentMoment) -> tuple[Array, Array]:
+        """Return places on the surface (1 or 2, n), and how far it has gone into the body there."""
+        surface = self.mesh.surface
+        place, sunk = surface.place, surface.sunk(moment.state.unknowns)
+        return place.reshape(len(place), -1) * self.length, sunk.ravel() * self.length
+
+    def step_to(
+        self,
+        state: PlasticState,
+        *,
+        penetration: float | None = None,
+        force: float | None = None,
+        halvings: int = 0,
     ) -> PlasticState:
-        """Take one step to a depth, or to a force, or two halves of it where it fails."""
+        """Take one step to a penetration, or to a force, or two halves of it where it fails.
+
+        Without a force (0) the indenter is lifted off.
+        """
         try:
-            return self._newton(state, depth, force)
+            return self._newton(state, penetration, force)
         except ConvergenceError:
             if halvings == _HALVINGS or (force == 0 and state.force == 0):
                 raise
-        half_depth = None if depth is None else (state.penetration + depth) / 2
-        half_force = None if force is None else (state.force + force) / 2
-        half_way = self._reach(state, half_depth, half_force, halvings + 1)
-        return self._reach(half_way, depth, force, halvings + 1)
+        half = {
+            "penetration": None if penetration is None else (state.penetration + penetration) / 2,
+            "force": None if force is None else (state.force + force) / 2,
+        }
+        half_way = self.step_to(state, **half, halvings=halvings + 1)
+        return self.step_to(half_way, penetration=penetration, force=force, halvings=halvings + 1)
 
     def _newton(
         self, state: PlasticState, target: float | None, force: float | None
@@ -181,7 +317,7 @@ class Indentation:
             history.append(size / scale if scale > 0 else size)
             if history[-1] <= TOLERANCE:
                 if lifted:
-                    depth = self.residual_depth(unknowns)
+                    depth = self._touched(unknowns)
                 return replace(
                     self._balanced(state, unknowns, depth, carried, overlap, stress, points),
                     iterations=state.iterations + rounds,
@@ -270,9 +406,9 @@ class Indentation:
             # without a force no work is done on the way to the touch
             start, end = state.penetration, depth
             if state.peak and not state.force > 0:
-                start = max(start, self.residual_depth(state.unknowns))
+                start = max(start, self._touched(state.unknowns))
             if state.peak and not force > 0:
-                end = max(end, self.residual_depth(unknowns))
+                end = max(end, self._touched(unknowns))
             if 0 < start < end and 0 < state.force < force:
                 # as both rise the force goes with a power of the depth
                 power = np.log(force / state.force) / np.log(end / start)
@@ -294,173 +430,9 @@ class Indentation:
             rate=(unknowns - state.unknowns) / way if way > 0 else None,
         )
 
-
-def elastic_work(way: float, forces: tuple[float, float]) -> float:
-    """Return the work of a force whose power 2/3 is linear along a way.
-
-    That is exact for a ball on an elastic surface, and nearly so on a dented one.
-
-    Examples
-    --------
-    >>> round(elastic_work(1.0, (0.0, 1.0)), 12)
-    0.4
-    """
-    before, force = (float(f) ** (2 / 3) for f in forces)
-    if before == force:
-        return way * forces[0]
-    return float(0.4 * way * (force**2.5 - before**2.5) / (force - before))
-
-
-@dataclass(frozen=True)
-class DentMoment:
-    """A contact at one load of a path.
-
-    `counted_area` of contact lies between the points that touch: to a part of an element. `work` of
-    the force and plastic dissipation are those so far, `iterations` Newton's steps so far,
-    `residual` the unbalanced forces over the largest force.
-    """
-
-    penetration: float
-    force: float
-    counted_area: float
-    work: float
-    elastic: float
-    dissipated: float
-    iterations: int
-    residual: float
-    state: PlasticState
-
-
-class Walk:
-    """An indentation that is led along a path.
-
-    Parameters
-    ----------
-    shape : callable
-        The gap at first touch, f(r) or f(x, y).
-    radius : float or (float, float)
-        Contact radius at the largest load, roughly: contacts of up to 1.25 times that fit. Two
-        half-widths, in x and y: elements in three dimensions below f(x, y).
-    smallest : float
-        Radius at the smallest load that shall be resolved, of round contacts.
-    per_radius : int
-        Elements per contact radius, or half-width.
-    even : (bool, bool)
-        Whether x = 0, and y = 0, is a plane of symmetry of f(x, y).
-
-    Attributes
-    ----------
-    step : float
-        Of the logarithm of a rising load, at its end.
-
-    Examples
-    --------
-    Elastic, it is Hertz's contact:
-
-    >>> from reference.elasticity import Material
-    >>> steel = PlasticMaterial(Material(0.91, 0.3), np.inf)
-    >>> ball = Walk(steel, lambda r: r**2 / 2, 0.1, per_radius=4)
-    >>> (moment,) = ball.along(LoadPath("penetration", 0.01))
-    >>> abs(moment.force / (4 / 3 * 0.01**1.5) - 1) < 1e-3
-    True
-    """
-
-    def __init__(
-        self,
-        material: PlasticMaterial,
-        shape: Callable[..., Array],
-        radius: float | tuple[float, float],
-        *,
-        smallest: float | None = None,
-        per_radius: int = 8,
-        even: tuple[bool, bool] = (True, True),
-    ) -> None:
-        faults = count_faults(2, per_radius=per_radius)
-        sides = np.broadcast_to(np.asarray(radius, dtype=float), 2)
-        faults += positive_faults(radius=min(sides))
-        length = float(np.sqrt(sides[0] * sides[1])) if min(sides) > 0 else 1.0
-        least = 1.0 if smallest is None else smallest / length
-        if not 0 < least <= 1 + 1e-12:
-            faults.append(f"smallest must lie in (0, radius], not {smallest!r}")
-        refuse(faults)
-        nu = material.elastic.poisson_ratio
-        if np.ndim(radius) == 0:
-            mesh = Elements.section(least, 1.0, per_radius, nu)
-        else:
-            mesh = Elements.block((sides[0] / length, sides[1] / length), per_radius, nu, even)
-        self.length, self.modulus = length, material.elastic.youngs_modulus
-        self.indentation = Indentation(
-            material.scaled(self.modulus),
-            lambda *at: np.asarray(shape(*(x * length for x in at))) / length,
-            mesh,
-        )
-        self.step = (_STEP if mesh.hoop else _BLOCK_STEP) / per_radius
-
-    def along(self, path: LoadPath) -> Iterator[DentMoment]:
-        """Yield the contact at each load of a path of penetrations or forces.
-
-        Raises ConvergenceError if a step does not come to balance.
-        """
-        control = path.one_of("penetration", "force")
-        if control == "force" and (path.values < 0).any():
-            raise ValueError("force must not be negative: nothing holds the indenter")
-        state, energy = self.indentation.virgin, self.modulus * self.length**3
-        unit = self.length if control == "penetration" else self.modulus * self.length**2
-        for load in (path.values / unit).tolist():
-            now = state.penetration if control == "penetration" else state.force
-            if load <= max(now, 0.0):
-                count = _FALLING if 0 <= load < now else 1
-                values = np.linspace(now, load, count + 1)[1:]
-            else:
-                shares = [1.0]
-                while shares[-1] > _FIRST:
-                    shares.append(shares[-1] * np.exp(-self.step / shares[-1] ** _POWER))
-                values = load * np.array(shares[::-1])
-                values = values[values > now * (1 + 1e-9)]
-            for value in values:
-                if control == "penetration":
-                    state = self.indentation.press(state, value)
-                else:
-                    state = self.indentation.push(state, value)
-            yield DentMoment(
-                penetration=state.penetration * self.length,
-                force=state.force * self.modulus * self.length**2,
-                counted_area=self.indentation.counted_area(state) * self.length**2,
-                work=state.work * energy,
-                elastic=state.elastic * energy,
-                dissipated=state.dissipated * energy,
-                iterations=state.iterations,
-                residual=state.residual,
-                state=state,
-            )
-
-    def contact_area(self, moment: DentMoment) -> float:
-        """Return the area of contact: of round ones from the stiffness of unloading."""
-        return self.indentation.contact_area(moment.state) * self.length**2
-
-    def residual_depth(self, moment: DentMoment) -> float:
-        """Return the depth that remains if the indenter is lifted off from here."""
-        if not moment.state.points.amount.any():
-            return 0.0
-        state = moment.state
-        left = self.indentation.push(state, 0.0) if state.force > 0 else state
-        return self.length * self.indentation.residual_depth(left.unknowns)
-
-    def given_back(self, moment: DentMoment) -> float:
-        """Return the work that the body gives back if the indenter is lifted off from here."""
-        state, work = moment.state, 0.0
-        for share in 1 - np.arange(1, _GIVEN_BACK + 1) / _GIVEN_BACK:
-            lifted = self.indentation.push(state, moment.state.force * share**1.5)
-            risen = state.penetration - lifted.penetration
-            work += elastic_work(risen, (state.force, lifted.force))
-            state = lifted
-        return float(work * self.modulus * self.length**3)
-
-    def surface(self, moment: DentMoment) -> tuple[Array, Array]:
-        """Return places on the surface (1 or 2, n), and how far it has gone into the body there."""
-        surface = self.indentation.mesh.surface
-        place, sunk = surface.place, surface.sunk(moment.state.unknowns)
-        return place.reshape(len(place), -1) * self.length, sunk.ravel() * self.length
+    def _touched(self, unknowns: Array) -> float:
+        """Return the penetration at which an indenter would just touch the surface as it is."""
+        return float((self.gap + self.mesh.surface.sunk(unknowns)).min())
 
 
 def first_yield(
@@ -485,7 +457,7 @@ def first_yield(
 
     def excess(depth: float) -> float:
         walk = Walk(elastic, shape, contact_radius(depth), per_radius=per_radius, even=even)
-        state = walk.indentation.press(walk.indentation.virgin, depth / walk.length)
+        state = walk.step_to(walk.virgin, penetration=depth / walk.length)
         return float(np.log(von_mises(state.stress).max() * modulus / material.yield_stress))
 
     here, value, slope = float(np.log(start)), excess(start), 0.5

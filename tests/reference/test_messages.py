@@ -44,8 +44,6 @@ from reference.lubrication.rough_planes import plane_flow
 from reference.particles import Domain, Elastic, ParticleHalfSpace
 from reference.particles.bonds import Asperities
 from reference.plastic import PlasticMaterial, Walk
-from reference.plastic.elements import Elements
-from reference.plastic.indentation import Indentation
 from reference.viscoelastic import creep, indentation, press_in_time
 from reference.viscoelastic.materials import GeneralisedMaxwell as Maxwell
 from reference.viscoelastic.rubber import slide_on_rubber
@@ -256,13 +254,6 @@ WRONG = {
         (
             ("yield_stress", "law", "hardening", "0.4999"),
             lambda: PlasticMaterial(CORK, -1.0, -1.0, "cubic"),
-        ),
-        (
-            "E = 1",
-            lambda: Indentation(
-                *(PlasticMaterial(Material(2.0, 0.3), 1e-3), np.square),
-                Elements.section(1.0, 1.0, 2, 0.3),
-            ),
         ),
         (
             ("per_radius", "smallest"),

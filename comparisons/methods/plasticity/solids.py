@@ -125,7 +125,7 @@ class FemPlasticity(Solver[IndenterGeometry]):
                     per_radius=task.resolution,
                     even=self.indenter.even,
                 )
-            solution.unknowns = walk.indentation.mesh.size
+            solution.unknowns = walk.mesh.size
             path, before = LoadPath(task.loads.control, task.loads.values), 0
             try:
                 for step, moment in enumerate(walk.along(path)):
@@ -205,7 +205,7 @@ class FemPlasticity(Solver[IndenterGeometry]):
 
     def _fields(self, walk: Walk, moment: DentMoment) -> Fields:
         """Return the section along x: where it has yielded, and the shape of the surface."""
-        mesh, state = walk.indentation.mesh, moment.state
+        mesh, state = walk.mesh, moment.state
         place, (on_top, sunk) = mesh.place * walk.length, walk.surface(moment)
         cut, rim = (np.ones(at.shape[1:], dtype=bool) for at in (place, on_top))
         if not self.round:  # the points next to y = 0

@@ -113,7 +113,7 @@ def elements(depth: float, per_radius: int, *, rebound: bool = False) -> Dented:
     back = walk.given_back(moment) if rebound else moment.work
     return Dented(
         *(moment.force, walk.contact_area(moment), walk.residual_depth(moment), moment.work),
-        *(float(np.sqrt(back / moment.work)), walk.indentation.mesh.size),
+        *(float(np.sqrt(back / moment.work)), walk.mesh.size),
     )
 
 
