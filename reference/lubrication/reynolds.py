@@ -17,7 +17,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -37,48 +36,33 @@ SHARE = 3.0
 LEAST = 0.12
 
 
-@dataclass(frozen=True)
 class FilmCells:
     """A tensor grid of cells with increasing edges x and y.
 
-    The elastic body gives way below the `core` of equal cells. If `mirrored`, the cells are one
-    half (y > 0) of a film that is even in y: nothing flows through the edge of smallest y. If
-    `closed`, nothing flows through the edges across y at all: a film of infinite width. At all
-    other edges p = 0.
+    The elastic body gives way below the `core` of equal cells, of sides `spacing`. If `mirrored`,
+    the cells are one half (y > 0) of a film that is even in y: nothing flows through the edge of
+    smallest y. If `closed`, nothing flows through the edges across y at all: a film of infinite
+    width. At all other edges p = 0. The `centres` and the `widths` along x and y are open meshes;
+    the `area` includes mirror images, with which there are so many `copies`.
     """
 
-    x: Field
-    y: Field
-    core: tuple[slice, slice]
-    mirrored: bool = True
-    closed: bool = False
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Number of cells along x and y."""
-        return self.x.size - 1, self.y.size - 1
-
-    @property
-    def copies(self) -> int:
-        """How many mirror images the film consists of."""
-        return 2 if self.mirrored else 1
-
-    @cached_property
-    def centres(self) -> tuple[Field, Field]:
-        """The centres along x and y, as an open mesh."""
-        x, y = (self.x[1:] + self.x[:-1]) / 2, (self.y[1:] + self.y[:-1]) / 2
-        return x[:, None], y[None, :]
-
-    @cached_property
-    def widths(self) -> tuple[Field, Field]:
-        """Sides of the cells, as an open mesh."""
-        return np.diff(self.x)[:, None], np.diff(self.y)[None, :]
-
-    @cached_property
-    def area(self) -> Field:
-        """Area of the cells, mirror images included."""
-        across, along = self.widths
-        return self.copies * across * along
+    def __init__(
+        self,
+        x: Field,
+        y: Field,
+        core: tuple[slice, slice],
+        *,
+        mirrored: bool = True,
+        closed: bool = False,
+    ) -> None:
+        self.x, self.y, self.core, self.mirrored, self.closed = x, y, core, mirrored, closed
+        self.shape = x.size - 1, y.size - 1
+        self.copies = 2 if mirrored else 1
+        self.centres = (x[1:] + x[:-1])[:, None] / 2, (y[1:] + y[:-1])[None, :] / 2
+        self.widths = np.diff(x)[:, None], np.diff(y)[None, :]
+        self.area: Field = self.copies * self.widths[0] * self.widths[1]
+        (dx, dy), (rows, columns) = self.widths, core
+        self.spacing = float(dx[rows.start, 0]), float(dy[0, columns.start])
 
     def whole(self, values: Field, *, odd: bool = False) -> Field:
         """Return values with those of the mirror images, of opposite sign where odd."""
@@ -89,19 +73,10 @@ class FilmCells:
     @property
     def whole_core(self) -> tuple[slice, slice]:
         """The equal cells, mirror images included, where `whole` has them."""
+        if not self.mirrored:
+            return self.core
         (rows, columns), size = self.core, self.shape[1]
-        return (
-            (rows, slice(size - columns.stop, size + columns.stop)) if self.mirrored else self.core
-        )
-
-    @property
-    def spacing(self) -> tuple[float, float]:
-        """Sides of the equal cells."""
-        rows, columns = self.core
-        return (
-            float(self.x[rows.start + 1] - self.x[rows.start]),
-            float(self.y[columns.start + 1] - self.y[columns.start]),
-        )
+        return rows, slice(size - columns.stop, size + columns.stop)
 
 
 def stretched(
