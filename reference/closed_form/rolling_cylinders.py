@@ -77,7 +77,6 @@ class Carter:
         return np.asarray(np.sign(creep) * (sliding - np.sqrt(strip)))
 
 
-@dataclass(frozen=True)
 class RubberCylinder:
     """A rigid cylinder that rolls without friction on a standard solid, nu = 1/2.
 
@@ -105,6 +104,26 @@ class RubberCylinder:
     friction and sliding without friction are the same problem. Kelvin and Voigt's solid is J0 = 0,
     k infinite and rho = 1.
 
+    Parameters
+    ----------
+    half_width, radius : float
+        h of the contact and R of the cylinder.
+    way : float
+        l, the way rolled in the retardation time.
+    modulus : float
+        G at rest, 1/(J0 + J1).
+    glassy : float
+        Instantaneous modulus over that at rest, 1 + J1/J0; inf for Kelvin and Voigt's solid.
+
+    Attributes
+    ----------
+    middle : float
+        c, ahead of the axis.
+    force : float
+        Per length.
+    resistance : float
+        M/(F R).
+
     Examples
     --------
     At rest, and at speeds beyond any retardation, Hertz: F = pi E* h^2/(4 R), E* = 4 G.
@@ -120,55 +139,19 @@ class RubberCylinder:
     1.0
     """
 
-    # h of the contact and R of the cylinder
-    half_width: float
-    radius: float
-    way: float  # l, the way rolled in the retardation time
-    modulus: float  # G at rest, 1/(J0 + J1)
-    # instantaneous modulus over that at rest, 1 + J1/J0; inf for Kelvin and Voigt's solid
-    glassy: float
-
-    def __post_init__(self) -> None:
-        faults = positive_faults(
-            half_width=self.half_width, radius=self.radius, way=self.way, modulus=self.modulus
-        )
-        if not self.glassy > 1:
-            faults.append(f"glassy must be above 1, not {self.glassy!r}")
+    def __init__(
+        self, half_width: float, radius: float, way: float, modulus: float, glassy: float
+    ) -> None:
+        faults = positive_faults(half_width=half_width, radius=radius, way=way, modulus=modulus)
+        if not glassy > 1:
+            faults.append(f"glassy must be above 1, not {glassy!r}")
         refuse(faults)
-
-    @property
-    def delayed(self) -> float:
-        """J1/(J0 + J1), the part of the compliance that comes with time."""
-        return 1 - 1 / self.glassy
-
-    @property
-    def middle(self) -> float:
-        """The middle c of the contact, ahead of the axis."""
-        k = self.half_width / self.way * self.glassy
+        h, m = half_width, half_width / way
+        bessel, k = float(kve(0, m) / kve(1, m)), m * glassy
         rho = 1.0 if np.isinf(k) else float(ive(1, k) / ive(0, k))
-        share = rho * self._bessel
-        return self.way * self.delayed * share / (1 + share)
-
-    @property
-    def force(self) -> float:
-        """F per length."""
-        return 2 * np.pi * self.modulus * self.half_width * self._constant / self.radius
-
-    @property
-    def resistance(self) -> float:
-        """M/(F R): the moment about the axis that rolling needs, over force and radius."""
-        h, c = self.half_width, self.middle
+        self.middle = way * (1 - 1 / glassy) * rho * bessel / (1 + rho * bessel)
+        constant = h / 2 + self.middle / bessel
+        self.force = 2 * np.pi * modulus * h * constant / radius
         # first moments about the middle of 4 q = (J0 + J1) p - J0 l p'
-        about = (self.way - c) / (2 * self._constant) - self.way / (self.glassy * h)
-        return float((c + h * about) / self.radius)
-
-    @property
-    def _bessel(self) -> float:
-        """K0(m)/K1(m)."""
-        m = self.half_width / self.way
-        return float(kve(0, m) / kve(1, m))
-
-    @property
-    def _constant(self) -> float:
-        """C."""
-        return self.half_width / 2 + self.middle / self._bessel
+        about = (way - self.middle) / (2 * constant) - way / (glassy * h)
+        self.resistance = float((self.middle + h * about) / radius)

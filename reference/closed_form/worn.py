@@ -104,12 +104,14 @@ def _modes(first: int) -> tuple[Array, Array]:
     return values, vectors
 
 
-@dataclass(frozen=True)
 class FrettingLimit:
     """The state in which small oscillations at constant penetration leave a round body.
 
     They wear it outside its stick circle until no pressure is left there: its line is then g(x) for
     x < c and d beyond (Popov 2014), whatever k is.
+
+    The unworn `form` is pressed by the penetration d; `lag` is G* U/(mu E*) < d, U the amplitude,
+    else all of the contact slips. The circle of the `stick_radius` c stays unworn.
 
     Examples
     --------
@@ -121,29 +123,13 @@ class FrettingLimit:
     (0.5, 0.916666666667)
     """
 
-    form: ClosedForm  # the unworn body
-    # d and G* U/(mu E*) < d, for the amplitude U; else all of the contact slips
-    penetration: float
-    lag: float
-
-    def __post_init__(self) -> None:
-        require_positive("fretting limit", penetration=self.penetration, lag=self.lag)
-        if self.form.contact_radius is None:
-            raise ValueError(f"{self.form.name}: the stick area is no circle")
-        if self.lag >= self.penetration:
+    def __init__(self, form: ClosedForm, penetration: float, lag: float) -> None:
+        require_positive("fretting limit", penetration=penetration, lag=lag)
+        if form.contact_radius is None:
+            raise ValueError(f"{form.name}: the stick area is no circle")
+        if lag >= penetration:
             raise ValueError("all of the contact slips: nothing of it is left in the end")
-
-    @property
-    def stuck(self) -> float:
-        """Penetration whose contact is the stick circle, g(c)."""
-        return self.penetration - self.lag
-
-    @property
-    def stick_radius(self) -> float:
-        """Radius c that stays unworn."""
-        return float(self.form.semi_axes(self.stuck)[0])
-
-    @property
-    def force(self) -> float:
-        """F = 2 E* int_0^c (d - g) dx: the stick circle's own, and a flat punch on top of it."""
-        return float(self.form.force(self.stuck) + self.form.stiffness(self.stuck) * self.lag)
+        stuck = penetration - lag
+        self.stick_radius = float(form.semi_axes(stuck)[0])
+        # F = 2 E* int_0^c (d - g) dx: the stick circle's own, and a flat punch on top of it
+        self.force = float(form.force(stuck) + form.stiffness(stuck) * lag)
