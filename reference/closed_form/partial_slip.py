@@ -65,9 +65,12 @@ class Term(NamedTuple):
     inner: float
 
 
-@dataclass(frozen=True)
 class PartialSlip:
     """A contact under constant normal force and any tangential path.
+
+    Exact for bodies of revolution. The `modulus_ratio` is G*/E*, 2 (1 - nu)/(2 - nu) for one
+    elastic body on a rigid one. Full sliding has the tangential force mu F, the `limit`; in first
+    loading it begins at the `sliding_displacement` mu d E*/G*.
 
     Examples
     --------
@@ -79,34 +82,16 @@ class PartialSlip:
     0.5
     """
 
-    form: ClosedForm  # the normal contact; the result is exact for axisymmetric ones only
-    # d and mu, positive
-    penetration: float
-    friction: float
-    modulus_ratio: float  # G*/E*, 2 (1 - nu)/(2 - nu) for one elastic body on a rigid one
-
-    def __post_init__(self) -> None:
-        require_positive(
-            "partial slip",
-            penetration=self.penetration,
-            friction=self.friction,
-            modulus_ratio=self.modulus_ratio,
+    def __init__(
+        self, form: ClosedForm, penetration: float, friction: float, modulus_ratio: float
+    ) -> None:
+        self.form = form
+        self.penetration, self.friction, self.modulus_ratio = require_positive(
+            "partial slip", penetration=penetration, friction=friction, modulus_ratio=modulus_ratio
         )
-
-    @property
-    def force(self) -> float:
-        """The normal force F."""
-        return float(self.form.force(self.penetration))
-
-    @property
-    def limit(self) -> float:
-        """Tangential force mu F of full sliding."""
-        return self.friction * self.force
-
-    @property
-    def sliding_displacement(self) -> float:
-        """Displacement mu d E*/G* at which full sliding begins in first loading."""
-        return self.friction * self.penetration / self.modulus_ratio
+        self.force = float(form.force(self.penetration))
+        self.limit = self.friction * self.force
+        self.sliding_displacement = self.friction * self.penetration / self.modulus_ratio
 
     def along(self, tangential_force: ArrayLike) -> PartialSlipPath:
         """Return the response along a path of tangential forces (k,), monotone between them.
@@ -195,7 +180,6 @@ class PartialSlipPath:
 _POINTS = 400
 
 
-@dataclass(frozen=True)
 class Torsion:
     """A body of revolution under a constant penetration that is twisted once (Lubkin 1951).
 
@@ -210,7 +194,8 @@ class Torsion:
 
         b(c) = mu/(2 G) int_c^a p(r)/sqrt(r^2 - c^2) dr,
 
-    the angle by which the circle that sticks has turned; the torque is that of the discs.
+    the angle by which the circle that sticks has turned; the torque is that of the discs. G is that
+    of the half-space under a rigid body, or 1/G = 1/G1 + 1/G2 of two.
 
     Examples
     --------
@@ -223,26 +208,16 @@ class Torsion:
     1.0
     """
 
-    form: ClosedForm  # the normal contact, round
-    # d; mu; G of the half-space under a rigid body, or 1/G = 1/G1 + 1/G2 of two
-    penetration: float
-    friction: float
-    shear_modulus: float
-
-    def __post_init__(self) -> None:
-        if self.form.contact_radius is None:
-            raise ValueError(f"{self.form.name}: torsion is known of round contacts only")
-        require_positive(
-            "torsion",
-            penetration=self.penetration,
-            friction=self.friction,
-            shear_modulus=self.shear_modulus,
+    def __init__(
+        self, form: ClosedForm, penetration: float, friction: float, shear_modulus: float
+    ) -> None:
+        if form.contact_radius is None:
+            raise ValueError(f"{form.name}: torsion is known of round contacts only")
+        self.form = form
+        self.penetration, self.friction, self.shear_modulus = require_positive(
+            "torsion", penetration=penetration, friction=friction, shear_modulus=shear_modulus
         )
-
-    @property
-    def contact_radius(self) -> float:
-        """The radius a."""
-        return float(self.form.semi_axes(self.penetration)[0])
+        self.contact_radius = float(form.semi_axes(self.penetration)[0])
 
     def angle(self, stick_radius: float) -> float:
         """Return the twist b in radians at which the circle of this radius sticks."""
