@@ -138,6 +138,8 @@ class Elements:
         self.unknowns = numbers.ravel()[displacements]
         self.strains = self._strain_matrices(basis, points)
         self.strains *= share.ravel()[displacements][:, None, None, :]
+        self.components = int(self.strains.shape[2])
+        self._flat = self.strains.reshape(len(self.strains), -1, self.strains.shape[-1])
         faces = cylinder(*corner) if hoop else box(corner)
         self.exterior = float(exterior_stiffness(*faces, [np.zeros((1, 2))], poisson_ratio)[0, 0])
         self.surface = self._touchable_surface(element)
@@ -204,11 +206,6 @@ class Elements:
         touchable = np.array([_FINE[0] * width for width in half_widths])
         return cls([*grid, deep], touchable, poisson_ratio, hoop=False, even=even)
 
-    @property
-    def components(self) -> int:
-        """Components of a stress."""
-        return int(self.strains.shape[2])
-
     def strain(self, unknowns: Array) -> Array:
         """Return strains (elements, points, components)."""
         return (self._flat @ unknowns[self.unknowns][..., None]).reshape(self.strains.shape[:3])
@@ -220,22 +217,20 @@ class Elements:
         total = np.bincount(self.unknowns.ravel(), weights=local.ravel(), minlength=self.size)
         return np.asarray(total, dtype=float)
 
-    def factorised(self, tangent: Array, held: Array) -> Callable[[Array], Array]:
+    def factorised(
+        self,
+        tangent: Array,  # (elements, points, components, components)
+        held: Array,  # (facets, points), stiffness of the springs at the points of the surface
+    ) -> Callable[[Array], Array]:
         """Return what solves the system of tangents, springs on the surface and the exterior.
-
-        Parameters
-        ----------
-        tangent : (elements, points, components, components)
-        held : (facets, points)
-            Stiffness of the springs at the points of the surface.
 
         Raises ConvergenceError if the elements leave a step without stiffness.
         """
         last, matrices = self._last
-        changed = np.ones(len(tangent), dtype=bool)
         if last.size:
             changed = (tangent != last).any(axis=(1, 2, 3))
         else:
+            changed = np.ones(len(tangent), dtype=bool)
             matrices = np.empty((len(tangent), *2 * self.strains.shape[-1:]))
         flat = self._flat[changed]
         weighted = tangent[changed] * self.weight[changed][..., None, None]
@@ -284,11 +279,6 @@ class Elements:
         if not self.even[0]:
             filled = filled & np.logical_or.accumulate(touches)
         return self.copies * float(dx @ filled @ dy)
-
-    @property
-    def _flat(self) -> Array:
-        elements, points, components, count = self.strains.shape
-        return self.strains.reshape(elements, points * components, count)
 
     def _around(self, place: Array) -> Array | float:
         """Return by which factor what is modelled stands for the whole body."""
