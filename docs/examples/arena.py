@@ -11,6 +11,7 @@ the numbers of others (docs/others.md). Run from the repository's root::
 import sys
 import tomllib
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 
 import line_contact
@@ -148,8 +149,12 @@ def printed(folder: Path) -> Iterator[Row]:
 
 
 def text(made: Table) -> list[list[str]]:
-    """Return the rows of a table as Markdown."""
+    """Return the rows of a table for Markdown; case, code and its time stand where they change."""
     body = [[cell.text for cell in one] for one in made.rows]
+    for upper, row in reversed(list(pairwise(body))):
+        if row[:2] == upper[:2]:
+            row[1] = row[-1] = ""
+        row[0] = "" if row[0] == upper[0] else row[0]
     return [[head.text for head in made.heads], *body]
 
 

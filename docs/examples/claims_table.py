@@ -179,7 +179,7 @@ def tally(record: ClaimsRecord) -> str:
     denied = [claim for claim in record.claims if claim.confirmed_by != "holds"]
     confirming = sum(claim.confirms for claim in denied)
     return (
-        "; ".join(sentences)
+        ". ".join(sentences)
         + f". {len(denied)} of them state what the chapter denies; {confirming} of these verdicts "
         "confirm it."
     )
