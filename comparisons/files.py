@@ -148,8 +148,6 @@ def read_arrays(path: Path) -> dict[str, np.ndarray]:
 def plain(value: Any) -> Any:
     """Return JSON's types; NaN and infinities, which JSON does not know, become None.
 
-    Examples
-    --------
     >>> plain({"a": np.array([1.0, np.nan]), "b": (np.float64(2.0), "c")})
     {'a': [1.0, None], 'b': [2.0, 'c']}
     """

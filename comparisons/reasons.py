@@ -21,8 +21,6 @@ _MEANT = {"ball": ("sphere", "paraboloid"), "diameter": ("radius",)}
 def near(name: str, known: Iterable[str]) -> str:
     """Return the end of a message on a name that nobody knows: what was meant, perhaps.
 
-    Examples
-    --------
     >>> near("parabolid", ["paraboloid", "cone"]), near("ball", ["rolling-ball", "cone"])
     ('; did you mean paraboloid?', '; did you mean rolling-ball?')
     >>> near("diameter", ["radius", "shape"]), near("colour", ["radius"])
@@ -41,8 +39,6 @@ def near(name: str, known: Iterable[str]) -> str:
 def in_kind(value: Any) -> str:
     """Return what a value is, for a message that expected something else.
 
-    Examples
-    --------
     >>> in_kind(np.ones((3, 4))), in_kind(np.ones(7) * 1j), in_kind(None)
     ('an array of shape (3, 4)', 'an array of shape (7,) of complex128', 'None')
     >>> in_kind([1.0, 2.0]), in_kind({}), in_kind(1j), in_kind("abc")
@@ -62,8 +58,6 @@ def in_kind(value: Any) -> str:
 def one_line(text: str) -> str:
     r"""Return a message on one line, its lists of more than four numbers by their ends.
 
-    Examples
-    --------
     >>> one_line("not array([0.   , 0.125, 0.25 , 0.375, 0.5  ,\n       0.625]) (in _checked)")
     'not array([0., ..., 0.625] (6 numbers)) (in _checked)'
     >>> one_line("expected [1, 2, 3]")

@@ -52,8 +52,6 @@ def read_map(path: Path, surface: MeasuredMap) -> TreatedMap:
     heights), by the lowest defined height, or are refused; by default they are interpolated
     below 5 %, and refused above and, because a NaN may be a mistake there, in .npy, .csv and .txt.
 
-    Examples
-    --------
     >>> import tempfile
     >>> table = {"kind": "map", "file": "ridge.csv", "size": "3 um", "height_unit": "nm"}
     >>> with tempfile.TemporaryDirectory() as folder:

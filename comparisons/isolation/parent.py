@@ -126,8 +126,6 @@ def run(
     our packages are not seen there, so `work` is ``"/path/to/script.py:function"``, and arguments
     are plain Python (another NumPy may not read our arrays).
 
-    Examples
-    --------
     >>> run("json:loads", '{"force": 2.5}', seconds=60).answer
     {'force': 2.5}
     >>> run("json:loads", "no JSON", seconds=60).ended

@@ -31,8 +31,6 @@ ALL = slice(None)
 def distance(values: np.ndarray, reference: np.ndarray, bins: np.ndarray) -> float:
     """Return the mean difference at equal rank, over the reference's mean; NaN of empty histograms.
 
-    Examples
-    --------
     >>> bins = np.geomspace(1, 10, 11)
     >>> shape = np.arange(10.0)
     >>> distance(3 * shape, shape, bins)

@@ -43,8 +43,6 @@ def at_equal(x: np.ndarray, reference_x: np.ndarray, reference_y: np.ndarray) ->
     reference's last load; there the curve goes on with its end slope, for at most half of the
     last interval of log x. Further out there is no value: NaN.
 
-    Examples
-    --------
     >>> d = np.array([1.0, 2.0, 4.0])
     >>> bool(np.isclose(at_equal(np.array([3.0]), d, d**1.5)[0], 3**1.5, rtol=1e-14))
     True

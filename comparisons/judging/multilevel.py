@@ -84,8 +84,6 @@ def estimate(values: Sequence[np.ndarray]) -> Estimate:
     in no difference that needs it. Surfaces that a coarser grid does not have count on no finer
     one.
 
-    Examples
-    --------
     >>> coarse = np.array([[1.0], [2.0], [3.0], [6.0]])
     >>> known = estimate([coarse, coarse[:2] + 0.5])
     >>> float(known.mean[0]), known.counts[:, 0].tolist(), known.missing
@@ -118,8 +116,6 @@ def allocate(variance: np.ndarray, cost: np.ndarray, allowed: np.ndarray) -> np.
     weights w grown where a mean is known too badly, shrunk where it is known better than asked. The
     numbers do not increase.
 
-    Examples
-    --------
     >>> allocate(np.array([[1.0], [0.01]]), np.array([1.0, 4.0]), np.array([0.01])).tolist()
     [120, 6]
     """
@@ -151,8 +147,6 @@ def allocate(variance: np.ndarray, cost: np.ndarray, allowed: np.ndarray) -> np.
 def within_budget(numbers: np.ndarray, cost: np.ndarray, budget: float) -> np.ndarray:
     """Return numbers in the same proportion that cost no more than a budget, at least FEWEST.
 
-    Examples
-    --------
     >>> within_budget(np.array([400, 40]), np.array([1.0, 5.0]), 300.0).tolist()
     [200, 20]
     """

@@ -144,8 +144,6 @@ def grid_uncertainty(
     NaN with one resolution, and at steps that the finest lost. With two the order is taken as one,
     with the factor of two grids.
 
-    Examples
-    --------
     >>> n = np.array([10, 20, 40])
     >>> value = 1 + 0.5 / n[:, None] ** 2
     >>> bool(grid_uncertainty(n, value)[0] >= abs(value[-1, 0] - 1))
@@ -195,8 +193,6 @@ def share_uncertainty(
     Without areas all loads count as equal.
     NaN where the finest value is zero or infinite, too: nothing is relative to that.
 
-    Examples
-    --------
     >>> depth = np.array([[1.2], [1.1], [1.05]])
     >>> free = ("penetration", "free")
     >>> round(float(share_uncertainty(np.array([64, 128, 256]), depth, free)[0]), 3)
@@ -327,8 +323,6 @@ def ratio_of_means(
     smaller number of degrees of freedom turns the standard error into a half-width: NaN below two
     realisations, except where both ensembles are single values, which do not scatter: zero.
 
-    Examples
-    --------
     >>> y = np.array([[1.0], [2.0], [3.0]])
     >>> ratio, bar = ratio_of_means(2 * y, y, paired=True)
     >>> float(ratio[0]), round(float(bar[0]), 12)
@@ -378,8 +372,6 @@ def line_uncertainty(
 
     `sides` are the cells to the sides of the grid. NaN where an area is lost or zero.
 
-    Examples
-    --------
     >>> bar = line_uncertainty(np.array([1.0]), np.array([1.06]), (512, 512), periodic=True)
     >>> round(float(bar[0]), 4)
     0.0073

@@ -186,8 +186,6 @@ def judged(error: ArrayLike, uncertainty: ArrayLike, tolerance: float) -> Judgem
     The step that decides has the largest |e| - u if that is outside, else the largest |e| + u, an
     unknown bar being the widest.
 
-    Examples
-    --------
     >>> judged([0.004, 0.02], [0.001, 0.03], 0.01).step
     1
     >>> judged([0.05, 0.02], [0.001, 0.04], 0.01).step
@@ -237,8 +235,6 @@ def word_for(low: float, high: float, tolerance: float) -> str:
 def judge(error: ArrayLike, uncertainty: ArrayLike, tolerance: float) -> str:
     """Return the word of `judged`.
 
-    Examples
-    --------
     >>> judge(0.004, 0.001, 0.01), judge(-0.02, 0.001, 0.01), judge(0.0095, 0.001, 0.01)
     ('within', 'outside', 'not resolved')
     >>> judge([0.001, 0.02], [0.0, 0.001], 0.01)

@@ -173,8 +173,6 @@ class Moments:
 
     NaN is not counted.
 
-    Examples
-    --------
     >>> import numpy as np
     >>> moments = Moments.of([np.array([[1.0], [3.0]]), np.array([[5.0], [np.nan]])])
     >>> moments.count.tolist(), moments.mean.tolist(), moments.standard_deviation.tolist()

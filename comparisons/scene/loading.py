@@ -131,8 +131,6 @@ class Loading(SceneTable):
 
         It comes from `start`, itself no step; default: its own first value, a step.
 
-        Examples
-        --------
         >>> loading = Loading(force=1.0, tangential_force=[2.0, -2.0], substeps=2)
         >>> loading.along("tangential_force", start=0.0).tolist()
         [1.0, 2.0, 0.0, -2.0]

@@ -8,8 +8,6 @@ import numpy as np
 def distance_to_outline(x: np.ndarray, y: np.ndarray, corners: np.ndarray) -> np.ndarray:
     """Return the distance of points from the sides of a closed polygon with corners (n, 2).
 
-    Examples
-    --------
     >>> square = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]])
     >>> [float(d) for d in distance_to_outline(np.array([1.0, 3.0]), np.array([0.5, 3.0]), square)]
     [0.5, 1.4142135623730951]
@@ -67,8 +65,6 @@ def offset_outline(corners: np.ndarray, distance: float) -> np.ndarray:
 
     Counter-clockwise corners (n, 2). A corner sharper than 25 degrees moves as one of 25 degrees.
 
-    Examples
-    --------
     >>> square = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]])
     >>> offset_outline(square, 0.5).tolist()
     [[-0.5, -0.5], [2.5, -0.5], [2.5, 2.5], [-0.5, 2.5]]
@@ -94,8 +90,6 @@ def area_fractions(
     coverage sums of scan-line rasterisers). The corners (n, 2) come in order, either way round, all
     inside the grid, whose lower left corner is the origin.
 
-    Examples
-    --------
     >>> triangle = np.array([[0.0, 0.0], [2.0, 0.0], [0.0, 2.0]])
     >>> area_fractions(triangle, (2, 2), (1.0, 1.0), (0.0, 0.0)).tolist()
     [[1.0, 0.5], [0.5, 0.0]]

@@ -75,8 +75,6 @@ _ALL_DIGITS = Context(prec=100)
 def to_si(value: object, dimension: Dimension) -> float:
     """Convert a number (SI) or a text with a unit to SI; ValueError says what was expected.
 
-    Examples
-    --------
     >>> to_si("10 nm", LENGTH) == 1e-8
     True
     >>> to_si("210 GPa", PRESSURE)
@@ -109,8 +107,6 @@ def to_si(value: object, dimension: Dimension) -> float:
 def number_and_unit(text: str) -> tuple[float, str]:
     """Split a text such as "10 mm" into number and unit; ValueError where it has no number.
 
-    Examples
-    --------
     >>> number_and_unit("10 mm")
     (10.0, 'mm')
     """

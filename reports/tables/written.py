@@ -112,8 +112,6 @@ def _bars(cells: Iterable[str]) -> str:
 def tex(text: str) -> str:
     r"""Return report text as LaTeX: special characters escaped, numbers in math mode.
 
-    Examples
-    --------
     >>> print(tex("(−1.2 ± 0.1)\u202f%"), tex("3×10⁻⁹"), tex("a_b & c\\d"))
     ($-$1.2 $\pm$ 0.1)\,\% 3$\times$10$^{-9}$ a\_b \& c\textbackslash{}d
     """
@@ -135,8 +133,6 @@ def _escaped(text: str) -> str:
 def markdown(text: str) -> str:
     r"""Return text as a cell of a Markdown table, with all markup escaped.
 
-    Examples
-    --------
     >>> markdown("a|b <i> *c*")
     'a\\|b &lt;i&gt; \\*c\\*'
     """

@@ -49,11 +49,7 @@ def advise_all(plans: list[Plan], effort: Effort, as_json: bool) -> int:
     """Say what is known, solve every plan with all methods, and advise.
 
     Where nothing that was run is sure of the tolerance, the truth is refined: its bar decides.
-
-    Raises
-    ------
-    InputError
-        If a quantity is asked for that no method gives.
+    InputError if a quantity is asked for that no method gives.
     """
     answers = {plan.scene.name: known_of(plan) for plan in plans}
     for plan in plans:

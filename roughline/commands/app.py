@@ -54,10 +54,7 @@ app.register_install_completion_command(help="Complete commands and options in y
 def run_command(arguments: list[str]) -> int:
     """Run a command and report every expected error as one clear message.
 
-    Returns
-    -------
-    int
-        Exit code: 0 success, 1 a solve failed, 2 invalid input, 3 interrupted.
+    Exit codes: 0 success, 1 a solve failed, 2 invalid input, 3 interrupted.
     """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):

@@ -27,12 +27,7 @@ def _count(_type: type, tokens: Sequence[Token]) -> int:
 
 
 def share(text: str) -> float:
-    """Parse a relative tolerance: 5%, 5 % or 0.05.
-
-    Raises
-    ------
-    comparisons.errors.InputError
-    """
+    """Parse a relative tolerance: 5%, 5 % or 0.05."""
     from comparisons.errors import InputError
 
     bare = text.strip().removesuffix("%")
@@ -45,12 +40,7 @@ def share(text: str) -> float:
 
 
 def part_of(text: str) -> tuple[int, int]:
-    """Parse the part of a study to solve: 2/5 is the second of five.
-
-    Raises
-    ------
-    comparisons.errors.InputError
-    """
+    """Parse the part of a study to solve: 2/5 is the second of five."""
     from comparisons.errors import InputError
 
     number, _, parts = text.partition("/")
@@ -132,10 +122,7 @@ class MethodFiles:
     def load(self) -> list[str]:
         """Register the methods of the files, and of installed packages; return the files' names.
 
-        Raises
-        ------
-        InputError
-            Listing every invalid file and limit.
+        InputError lists every invalid file and limit.
         """
         from importlib import metadata
 
@@ -185,10 +172,7 @@ class Workers:
     def executor(self, default: int = 1) -> Executor:
         """Return the executor.
 
-        Raises
-        ------
-        InputError
-            If the number of workers is invalid, or the cluster cannot be used, with the reason.
+        InputError if the number of workers is invalid, or why the cluster cannot be used.
         """
         from comparisons.errors import InputError
         from comparisons.solving.jobs import executor_for
