@@ -186,6 +186,8 @@ def judged(error: ArrayLike, uncertainty: ArrayLike, tolerance: float) -> Judgem
     The step that decides has the largest |e| - u if that is outside, else the largest |e| + u, an
     unknown bar being the widest.
 
+    >>> [judged(e, 0.001, 0.01).word for e in (0.004, -0.02, 0.0095, float("nan"))]
+    ['within', 'outside', 'not resolved', 'no result']
     >>> judged([0.004, 0.02], [0.001, 0.03], 0.01).step
     1
     >>> judged([0.05, 0.02], [0.001, 0.04], 0.01).step
@@ -230,16 +232,3 @@ def word_for(low: float, high: float, tolerance: float) -> str:
     if high <= tolerance:
         return WITHIN
     return OUTSIDE if low > tolerance else NOT_RESOLVED
-
-
-def judge(error: ArrayLike, uncertainty: ArrayLike, tolerance: float) -> str:
-    """Return the word of `judged`.
-
-    >>> judge(0.004, 0.001, 0.01), judge(-0.02, 0.001, 0.01), judge(0.0095, 0.001, 0.01)
-    ('within', 'outside', 'not resolved')
-    >>> judge([0.001, 0.02], [0.0, 0.001], 0.01)
-    'outside'
-    >>> judge(float("nan"), 0.001, 0.01)
-    'no result'
-    """
-    return judged(error, uncertainty, tolerance).word

@@ -24,7 +24,7 @@ import roughline
 from comparisons.facts.methods import title_of
 from comparisons.facts.quantities import quantity
 from comparisons.files import write_text
-from comparisons.judging.verdicts import judge
+from comparisons.judging.verdicts import judged
 from comparisons.methods.peers.live import LiveCode
 from comparisons.methods.registry import solver_for
 from comparisons.methods.solver import Refusal, Refused
@@ -76,7 +76,7 @@ Row = tuple[Cell | str, ...]
 def row(case: str, code: Cell | str, what: str, error: float, bar: float, seconds: float) -> Row:
     """Return a row of the table: the error that decides, and the verdict on it."""
     time = cells.duration(seconds) if seconds else cells.NOTHING
-    verdict = cells.verdict(judge(error, bar, TOLERANCE))
+    verdict = cells.verdict(judged(error, bar, TOLERANCE).word)
     return (case, code, what, cells.error(error, bar), verdict, time)
 
 
@@ -138,7 +138,7 @@ def printed(folder: Path) -> Iterator[Row]:
     for problem in known["problems"]:
         if "model" not in problem:
             continue
-        answer, numbers = who_is_right.judged(folder, problem)
+        answer, numbers = who_is_right.answered(folder, problem)
         code = known["sources"][problem["source"]]["code"]
         for kind in ("reference", "result"):
             own = [number.error for number in numbers if number.kind == kind]

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from comparisons.isolation.parent import run
-from comparisons.judging.verdicts import WITHIN, judge
+from comparisons.judging.verdicts import WITHIN, judged
 from comparisons.questions.experiments.lammps import lammps_mdr
 from comparisons.questions.experiments.yielding import NU
 from reports.tables.documents import rewrite
@@ -52,7 +52,7 @@ def verdicts() -> list[list[str]]:
                 held = [
                     f"{depth:g}"
                     for depth in DEPTHS
-                    if judge(*error(softness, depth, short), tolerance) == WITHIN
+                    if judged(*error(softness, depth, short), tolerance).word == WITHIN
                 ]
                 cells.append(", ".join(held) or "–")
             rows.append([short, f"{softness:g}", *cells])

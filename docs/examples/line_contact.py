@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from who_is_right import Answer, Section, growth, middle, refined, touch
 
-from comparisons.judging.verdicts import judge
+from comparisons.judging.verdicts import judged
 from comparisons.methods.peers.live import Code
 from reference.fem.half_space_mesh import growing_lines
 
@@ -101,5 +101,5 @@ if __name__ == "__main__":
             f"{found['unknowns']}",
             f"{error:+.2%}",
         ]
-        cells += [judge(error, known.bar, TOLERANCE), f"{found['seconds']:.2g} s"]
+        cells += [judged(error, known.bar, TOLERANCE).word, f"{found['seconds']:.2g} s"]
         print(f"| {' | '.join(cells)} |".replace("-", "\N{MINUS SIGN}"), flush=True)

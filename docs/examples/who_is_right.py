@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.sparse.linalg import splu
 
-from comparisons.judging.verdicts import judge
+from comparisons.judging.verdicts import judged
 from reference.contact.pivot import compliance, pivot
 from reference.contact.slide import slide
 from reference.elasticity import lame_parameters
@@ -633,7 +633,7 @@ def curve(folder: Path, name: str, found: dict[str, Answer]) -> list[float]:
     return list(pressure[inside] / (most * np.sqrt(1 - ratio[inside] ** 2)))
 
 
-def judged(folder: Path, problem: dict[str, Any]) -> tuple[Answer, list[Number]]:
+def answered(folder: Path, problem: dict[str, Any]) -> tuple[Answer, list[Number]]:
     """Return our answer to a problem and what is right of the numbers."""
     found = answers(problem["model"], *problem.get("given", []))
     if "curve" in problem:
@@ -645,7 +645,7 @@ def judged(folder: Path, problem: dict[str, Any]) -> tuple[Answer, list[Number]]
     for kind, all_ in values.items():
         for value in all_:
             error = value / answer.value - 1
-            verdict = judge(error, answer.bar + answer.unsolved, TOLERANCE)
+            verdict = judged(error, answer.bar + answer.unsolved, TOLERANCE).word
             numbers.append(Number(kind, value, error, verdict))
     return answer, numbers
 
@@ -706,7 +706,7 @@ def provenance() -> list[str]:
 def report(folder: Path) -> tuple[list[str], list[str], str]:
     """Return the sentences, the table and the counts."""
     problems = tomllib.loads(PROBLEMS.read_text(encoding="utf-8"))["problems"]
-    solved = [(problem, *judged(folder, problem)) for problem in problems if "model" in problem]
+    solved = [(problem, *answered(folder, problem)) for problem in problems if "model" in problem]
     everything = [number for *_, numbers in solved for number in numbers]
     counts = []
     for kind in ("reference", "result"):

@@ -18,7 +18,7 @@ from comparisons.judging.metrics import relative_error, rms_and_maximum
 from comparisons.judging.refinement import SHARE, refinements
 from comparisons.judging.truth import Sources, Truth, choose_truth, solution_of
 from comparisons.judging.uncertainty import combined
-from comparisons.judging.verdicts import OUTSIDE, WITHIN, judge, judged, severity
+from comparisons.judging.verdicts import OUTSIDE, WITHIN, judged, severity
 from comparisons.methods.registry import solver_for
 from comparisons.methods.solver import Refusal
 from comparisons.questions.claims.claim import AREA_FROM_STIFFNESS, RESOLUTION, Claim, scene_of
@@ -124,7 +124,8 @@ def _deciding(measured: list[Measured], tolerance: float) -> Measured:
 
 
 def _is_decided(claim: Claim, measured: Measurement) -> bool:
-    decided = judge(measured.error, measured.uncertainty, claim.tolerance) in (WITHIN, OUTSIDE)
+    told = judged(measured.error, measured.uncertainty, claim.tolerance)
+    decided = told.word in (WITHIN, OUTSIDE)
     return decided and claim.factor is None
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from comparisons.files import plain
-from comparisons.judging.verdicts import OUTSIDE, WITHIN, judge
+from comparisons.judging.verdicts import OUTSIDE, WITHIN, judged
 from comparisons.questions.claims.claim import Claim
 from comparisons.questions.claims.parameters import Nuisance, Span, Vary
 from comparisons.questions.claims.record import (
@@ -93,7 +93,7 @@ def points_at(
     measured = yield from together(measure(value) for value in values)
     return [
         PointRecord(
-            word=judge(m.error, m.uncertainty, tolerance),
+            word=judged(m.error, m.uncertainty, tolerance).word,
             setting=setting or {},
             **plain(asdict(m)),
         )

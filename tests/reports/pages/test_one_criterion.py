@@ -9,7 +9,7 @@ import pytest
 
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import quantity
-from comparisons.judging.verdicts import judge, worst
+from comparisons.judging.verdicts import judged, worst
 from comparisons.questions.study import solved_in_memory
 from comparisons.results.advice import advise
 from comparisons.results.finding import finding
@@ -152,7 +152,7 @@ def test_the_prescribed_load_decides(scene):
                 continue
             error = rows[f"error_{item.quantity}"]
             bar = rows[f"reference_uncertainty_{item.quantity}"]
-            assert item.word == judge(error, bar, scene.tolerance)
+            assert item.word == judged(error, bar, scene.tolerance).word
             reach = np.abs(error) + bar
             assert reach[item.step] == pytest.approx(np.max(reach), rel=1e-8)
             assert item.at == scene.equal_at(item.quantity)
