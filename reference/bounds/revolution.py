@@ -183,10 +183,8 @@ def energy(
     (True, True)
     """
     _check(effective_modulus, cells, penetration=penetration)
-    radius = best_circle(profile, penetration).radius
-    lower = _energy_below(profile, penetration, radius, cells)
-    upper = _energy_above(profile, penetration, radius, cells)
-    return effective_modulus * Interval(lower, upper)
+    lower = _energy_below(profile, penetration, cells)
+    return effective_modulus * Interval(lower, _energy_above(profile, penetration, cells))
 
 
 def force(
@@ -222,8 +220,7 @@ def force(
     step = min(float(best), 0.5 * penetration, room)
 
     more, less = penetration + step, penetration - step
-    upper = _energy_above(profile, more, best_circle(profile, more).radius, cells)
-    lower = _energy_below(profile, less, best_circle(profile, less).radius, cells)
+    upper, lower = _energy_above(profile, more, cells), _energy_below(profile, less, cells)
     mean = above((above(upper) - below(lower)) / (more - less), 4)
     return effective_modulus * Interval(circle.force, mean)
 
@@ -348,6 +345,7 @@ class Circle(NamedTuple):
     force: float
 
 
+@lru_cache(maxsize=64)
 def best_circle(profile: Profile, penetration: float) -> Circle:
     """Largest of the lower bounds 2 a (d - <g>) of the force that circles give, for E* = 1.
 
@@ -383,9 +381,9 @@ def _check(effective_modulus: float, cells: int, **sizes: float) -> None:
     refuse(faults + count_faults(4, cells=cells))
 
 
-def _energy_below(profile: Profile, penetration: float, radius: float, cells: int) -> float:
+def _energy_below(profile: Profile, penetration: float, cells: int) -> float:
     """Lower bound of the energy for E* = 1."""
-    best = 0.0
+    best, radius = 0.0, best_circle(profile, penetration).radius
     for exponent in (_SMOOTH_RINGS, _CORNER_RINGS) if profile.corners else (_SMOOTH_RINGS,):
         pressures = Rings(radius * towards_edge(cells, exponent)[1:])
         base = np.pi * penetration * pressures.radii**2
@@ -394,8 +392,9 @@ def _energy_below(profile: Profile, penetration: float, radius: float, cells: in
     return best
 
 
-def _energy_above(profile: Profile, penetration: float, radius: float, cells: int) -> float:
+def _energy_above(profile: Profile, penetration: float, cells: int) -> float:
     """Upper bound of the energy for E* = 1, computed in units of the contact radius."""
+    radius = best_circle(profile, penetration).radius
     # halfway from the contact to where d = g the gap goes on along its tangent: a convex gap is not
     # below that, and the contact is the same; a ball's slope is infinite where it ends
     straight = 0.5 * (radius + profile.reach(penetration))
