@@ -44,7 +44,7 @@ Forces are those of pressures uniform on the cells; displacements are read at th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -303,14 +303,8 @@ def compliance(
     >>> round(float(C[0] * np.pi / 4 / (1 - 0.3**2)), 3)
     0.997
     """
-
-    def pressed(stiffness: Array, force: Array, point: Array, wave: Array) -> Array:
-        load = np.zeros((*stiffness.shape[:2], 1))
-        load[:, 2::3, 0] = wave if smooth else force
-        moved = np.linalg.solve(stiffness, load)[:, 2::3, 0]
-        return np.asarray((moved * (wave if smooth else point)).sum(axis=1), dtype=np.float64)
-
-    result = _of_waves(phases, spacing, layers, element, pressed, first=first, growth=growth)
+    waves = phases, spacing, layers, element
+    result = _of_waves(*waves, (2,), first=first, growth=growth, smooth=smooth)[..., 0, 0]
     # no wave, but uniform: nothing moves sideways
     squeezed = sum(
         thickness * (1 - 2 * m.poisson_ratio) * (1 + m.poisson_ratio)
@@ -350,16 +344,7 @@ def tensor(
         raise ValueError(f"inertia must be at least 0 and below 1, not {inertia!r}")
     if inertia and layers.below:
         raise ValueError("inertia must be 0 above a half-space, whose stiffness is that at rest")
-
-    def pulled(stiffness: Array, force: Array, point: Array, _: Array) -> Array:
-        waves, nodes = force.shape
-        load = np.zeros((waves, nodes, 3, 3))
-        for axis in range(3):
-            load[:, :, axis, axis] = force
-        moved = np.linalg.solve(stiffness, load.reshape(waves, 3 * nodes, 3))
-        return np.einsum("wn,wnij->wij", point, moved.reshape(waves, nodes, 3, 3))
-
-    result = _of_waves(phases, spacing, layers, element, pulled, (3, 3), inertia=inertia)
+    result = _of_waves(phases, spacing, layers, element, (0, 1, 2), inertia=inertia)
     return np.moveaxis(result, (-2, -1), (0, 1))
 
 
@@ -368,18 +353,14 @@ def _of_waves(
     spacing: tuple[float, float],
     layers: Layers,
     element: Element,
-    read: Callable[[Array, Array, Array, Array], Array],
-    size: tuple[int, ...] = (),
+    axes: tuple[int, ...],
     *,
     first: float = _FIRST,
     growth: float = _GROWTH,
+    smooth: bool = False,
     inertia: float = 0.0,
 ) -> Array:
-    """Return what is read of every wave, (..., *size): zero of none.
-
-    It is read from the stiffness of the surface (waves, unknowns, unknowns) and the integrals
-    `force`, `point` and `wave` (waves, nodes) of `WaveIntegrals`.
-    """
+    """Displacements (..., axes, axes) under tractions along axes: zero of no wave."""
     faults = choice_faults("element", element, ELEMENTS)
     faults += positive_faults(dx=spacing[0], dy=spacing[1], first=first)
     if not 1 <= growth < 4:
@@ -403,7 +384,8 @@ def _of_waves(
     shape = along.shape
     along, across = along.ravel(), across.ravel()
     wavenumber = np.hypot(along / sides[0], across / sides[1])
-    result = np.zeros((along.size, *size))
+    count = len(axes)
+    result = np.zeros((along.size, count, count))
     # long waves first, which reach furthest down
     waves = np.argsort(wavenumber, kind="stable")[np.count_nonzero(wavenumber == 0) :]
     for start in range(0, waves.size, _AT_ONCE):
@@ -432,9 +414,13 @@ def _of_waves(
         )
         # copied, as the solvers want whole matrices one after the other
         matrices = np.ascontiguousarray(stiffness.transpose(2, 0, 1))[: part.size]
-        ends = (end.T[: part.size] for end in (plane.force, plane.point, plane.wave))
-        result[part] = read(matrices, *ends)
-    return result.reshape(*shape, *size) * (unit / shear)
+        ends = (plane.wave, plane.wave) if smooth else (plane.force, plane.point)
+        force, point = (end.T[: part.size] for end in ends)
+        load = np.zeros((*force.shape, 3, count))
+        load[:, :, axes, range(count)] = force[..., None]
+        moved = np.linalg.solve(matrices, load.reshape(part.size, -1, count)).reshape(load.shape)
+        result[part] = np.einsum("wn,wnij->wij", point, moved[:, :, axes])
+    return result.reshape(*shape, count, count) * (unit / shear)
 
 
 def _base(wave: Array, qx: Array, qy: Array, material: Material) -> Array:

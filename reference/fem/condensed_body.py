@@ -50,7 +50,8 @@ from reference.fem.element_stiffness import (
 )
 from reference.fem.far_field import exterior_stiffness, group_field, source_groups
 from reference.fem.half_space_mesh import GradedMesh, RingMesh, TensorMesh
-from reference.fem.matrix_free import IterativeFlexibility, MultigridFlexibility
+from reference.fem.matrix_free import IterativeFlexibility
+from reference.fem.multigrid import MultigridFlexibility
 from reference.fem.solid_mesh import SupportedMesh, contact_nodes, tributary_areas
 
 Array = NDArray[np.float64]

@@ -9,12 +9,6 @@ node a at a level i, its shape function a product N_a(x, y) L_i(z), and every in
 so that the matrix of three dimensions, 2 kB for each unknown, is never assembled
 (`ExtrudedStiffness`). The same products precondition it (`SeparatedInverse`), and the
 preconditioner knows the contact (`IterativeFlexibility`): two million unknowns take 2 GB.
-
-The compliance of a body from a file is found column by column, for those candidates only that a
-contact set reaches (`MultigridFlexibility`), preconditioned by a V-cycle of smoothed aggregation
-with the rigid motions as near-null space (P. Vanek, J. Mandel & M. Brezina, Computing 56 (1996)
-179; the hierarchy is PyAMG's). Memory and time of a column grow with the unknowns, those of a
-factorisation with their powers 4/3 and 2.
 """
 
 from __future__ import annotations
@@ -25,7 +19,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.linalg import cho_factor, cho_solve, eigh, lapack, pinvh
+from scipy.linalg import eigh, lapack
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 from skfem.element import ElementLineP1, ElementLineP2, ElementQuad1, ElementQuad2
 
@@ -42,16 +36,12 @@ from reference.fem.half_space_mesh import GradedMesh
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 MOST_STEPS = 1000  # of conjugate gradients
-# Relative residual in the norm of the preconditioner, of fields and of columns. The force is
-# stationary: its error is of the order of the square of that of the fields.
-TOLERANCE, COLUMN_TOLERANCE = 1e-7, 1e-8
+# Relative residual in the norm of the preconditioner. The force is stationary: its error is of the
+# order of the square of that of the fields.
+TOLERANCE = 1e-7
 IN_SPAN = 1e-7  # a right-hand side this close to a combination of solved ones is not solved again
-AT_ONCE = 32  # right-hand sides of columns: matrices are read once for all of them
-DAMPED = 1.5  # Jacobi's step over the inverse of the largest eigenvalue: converges below 2
-COARSEST = 300  # unknowns that are solved at once
 
 
 def conjugate_gradients(
@@ -417,21 +407,21 @@ class IterativeFlexibility:
 
     def _solve(self, load: Array, free: NDArray[np.bool_]) -> Array:
         """Solve for the free unknowns, others zero."""
+        size, shape = self.numbers.size, self.numbers.shape
+        touching = (self.free & ~free)[:size].reshape(shape)[2, :, 0]
+
+        def precondition(residual: Array) -> Array:
+            moved = self.inverse(residual[:size].reshape(shape), touching).ravel()
+            return np.concatenate([moved, self.far @ residual[size:]])
+
         values, steps = conjugate_gradients(
             lambda direction: np.where(free, self._image(direction), 0.0),
-            lambda residual: self._precondition(residual, free),
+            precondition,
             np.where(free, load, 0.0),
             TOLERANCE,
         )
         self.iterations.append(steps)
         return values
-
-    def _precondition(self, residual: Array, free: NDArray[np.bool_]) -> Array:
-        size = self.numbers.size
-        load = residual[:size].reshape(self.numbers.shape)
-        touching = (self.free & ~free)[:size].reshape(load.shape)[2, :, 0]
-        moved = self.inverse(load, touching).ravel()
-        return np.concatenate([moved, self.far @ residual[size:]])
 
     def _image(self, values: Array) -> Array:
         """Return the stiffness times displacements."""
@@ -446,142 +436,3 @@ class IterativeFlexibility:
         field = values[:size].copy()
         field[self.following] = self.boundary @ values[size:]
         return field.reshape(self.numbers.shape)
-
-
-class MultigridFlexibility:
-    """Response of a supported body, as `DenseFlexibility`, by columns found as they are needed.
-
-    Parameters
-    ----------
-    matrices : (elements, 3 n, 3 n)
-        Stiffness, component first (x, y, z of the first node, of the second, ...).
-    elements : (elements, n)
-        Nodes.
-    points : (nodes, 3)
-    free : (nodes, 3) bool
-        Components that no support holds; enough are held that no rigid motion is left.
-    candidates : (c,)
-        Nodes that carry normal forces.
-
-    Attributes
-    ----------
-    iterations : list of int
-        Steps of conjugate gradients by block of right-hand sides.
-    """
-
-    def __init__(
-        self,
-        matrices: Array,
-        elements: NDArray[np.int64],
-        points: Array,
-        free: Mask,
-        candidates: NDArray[np.int64],
-    ) -> None:
-        self.free = free.ravel()
-        self.candidates = 3 * candidates + 2
-        self.known = np.zeros(len(candidates), dtype=bool)
-        self.compliance = np.zeros((len(candidates), len(candidates)))
-        self.iterations: list[int] = []
-
-        # the stiffness in 3 x 3 blocks of nodes; held components are left alone, on the diagonal
-        count, nodes = elements.shape[1], len(points)
-        numbers = elements.astype(np.int64)
-        pairs = (numbers[:, :, None] * nodes + numbers[:, None, :]).ravel()
-        places, sums = np.unique(pairs, return_inverse=True)
-        rows, columns = np.divmod(places, nodes)
-        blocks = np.empty((len(places), 3, 3))
-        split = matrices.reshape(-1, count, 3, count, 3)
-        for i, j in np.ndindex(3, 3):
-            values = np.bincount(sums.ravel(), split[:, :, i, :, j].ravel(), len(places))
-            blocks[:, i, j] = values * free[rows, i] * free[columns, j]
-        diagonal = np.flatnonzero(rows == columns)
-        scale = blocks[diagonal].max()
-        blocks[diagonal] += scale * np.eye(3) * ~free[:, None, :]
-        stiffness = sparse.bsr_matrix(
-            (blocks, columns, np.searchsorted(rows, np.arange(nodes + 1))),
-            shape=(3 * nodes, 3 * nodes),
-        )
-
-        # rigid motions of the free components: three shifts, three turns about the centre
-        modes = np.zeros((nodes, 3, 6))
-        modes[:, range(3), range(3)] = 1.0
-        modes[:, :, 3:] = np.cross(np.eye(3)[:, None], points - points.mean(axis=0)).transpose(
-            1, 2, 0
-        )
-        modes[~free] = 0.0
-        import pyamg  # a tenth of a second, for those alone who come here
-
-        hierarchy = pyamg.smoothed_aggregation_solver(
-            stiffness,
-            B=modes.reshape(-1, 6),
-            strength=("symmetric", {"theta": 0.0}),
-            smooth=("jacobi", {"omega": 4.0 / 3.0, "weighting": "local"}),
-            presmoother=None,
-            postsmoother=None,
-            improve_candidates=None,
-            max_coarse=COARSEST,
-        )
-        self.stiffness = stiffness.tocsr()
-        # The preconditioner is in single precision: half of the memory to read.
-        self.levels = []
-        rng = np.random.default_rng(0)
-        for level in hierarchy.levels[:-1]:
-            matrix = level.A.tocsr()
-            diagonal = matrix.diagonal()[:, None]
-            inverse = 1.0 / np.where(diagonal > 0.0, diagonal, 1.0)
-            vector = rng.standard_normal((len(inverse), 1))
-            for _ in range(15):  # power iteration for the largest eigenvalue
-                vector /= np.linalg.norm(vector)
-                vector = inverse * (matrix @ vector)
-            jacobi = DAMPED / np.linalg.norm(vector) * inverse
-            parts = matrix, jacobi, level.P.tocsr(), level.P.T.tocsr()
-            self.levels.append(tuple(part.astype(np.float32) for part in parts))
-        self.coarsest = pinvh(hierarchy.levels[-1].A.toarray()).astype(np.float32)
-
-    def respond(
-        self, inside: NDArray[np.int64], right: Array, softness: Array
-    ) -> tuple[Array, Array]:
-        """Solve as `DenseFlexibility` does; new points of the contact set take a column each."""
-        missing = inside[~self.known[inside]]
-        for start in range(0, len(missing), AT_ONCE):
-            block = missing[start : start + AT_ONCE]
-            loads = np.zeros((len(self.free), len(block)))
-            loads[self.candidates[block], np.arange(len(block))] = 1.0
-            self.compliance[:, block] = self.solve(loads)[self.candidates]
-            self.known[block] = True
-            # symmetric between known points, not to the tolerance but to the bit
-            among, across = np.ix_(self.known, block), np.ix_(block, self.known)
-            mean = 0.5 * (self.compliance[among] + self.compliance[across].T)
-            self.compliance[among], self.compliance[across] = mean, mean.T
-        columns = self.compliance[:, inside]
-        matrix = columns[inside]
-        matrix[np.diag_indices(len(inside))] += softness
-        forces = cho_solve(cho_factor(matrix, lower=True, overwrite_a=True), right)
-        return forces, columns @ forces
-
-    def interior(self, reactions: Array) -> Array:
-        """Solve as `DenseFlexibility` does, with one more solve."""
-        loads = np.zeros((len(self.free), 1))
-        loads[self.candidates, 0] = reactions
-        return self.solve(loads)[self.free, 0]
-
-    def solve(self, loads: Array) -> Array:
-        """Return the displacements (3 nodes, k) under loads, by `conjugate_gradients`."""
-        values, steps = conjugate_gradients(
-            self.stiffness.__matmul__, self._cycle, loads, COLUMN_TOLERANCE
-        )
-        self.iterations.append(steps)
-        return values
-
-    def _cycle(self, residual: Array) -> Array:
-        """Return the correction of a V-cycle: one step of damped Jacobi before, one after."""
-        right, below = residual.astype(np.float32), []
-        for matrix, jacobi, prolongation, restriction in self.levels:
-            values = jacobi * right
-            below.append((matrix, jacobi, prolongation, values, right))
-            right = restriction @ (right - matrix @ values)
-        correction = self.coarsest @ right
-        for matrix, jacobi, prolongation, values, right in reversed(below):
-            values += prolongation @ correction
-            correction = values + jacobi * (right - matrix @ values)
-        return correction.astype(float)
