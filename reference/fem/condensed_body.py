@@ -10,7 +10,7 @@ what a contact asks for (`matrix_free`, `multigrid`).
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -119,17 +119,17 @@ class CondensedBody:
     nodes: NDArray[np.int64]  # (n,), mesh nodes of the candidates
     # normal displacements for normal forces on the candidates, of the meshed part, scaled
     flexibility: DenseFlexibility | IterativeFlexibility | MultigridFlexibility
-    # number of equal parts, one of which is meshed: 4 for quarter symmetry, 2 for half
-    symmetry: int
-    offset: Array  # (2,), `scaled_points` minus the mesh coordinates (the mesh is centred)
     spacing_scaled: float  # size of the surface elements in the contact / length
-    # radius of the mesh circle / length before stretching; None for a tensor body
-    ring: float | None
-    stretch: tuple[float, float]  # semi-axes of the mesh ellipse over the radius of the circle
     unknowns: int  # number of free displacements of the mesh and far-field unknowns
     seconds: dict[str, float]  # time spent on "mesh", "assembly", "condensation"
     grid: GradedMesh
     system: LinearSystem  # equations of the mesh
+    # number of equal parts, one of which is meshed: 4 for quarter symmetry, 2 for half
+    symmetry: int = 1
+    # (2,), `scaled_points` minus the mesh coordinates (the mesh is centred)
+    offset: Array = field(default_factory=lambda: np.zeros(2))
+    ring: float | None = None  # radius of the mesh circle / length before stretching, if any
+    stretch: tuple[float, float] = (1.0, 1.0)  # semi-axes of the mesh ellipse over that radius
     # the body with its nodes as candidates, if the candidates are other points
     nodal: CondensedBody | None = None
     # (n, nodes), shape functions of those nodes at the candidates
@@ -368,9 +368,6 @@ def supported_body(
         nodes=numbers[nodes],
         flexibility=flexibility,
         symmetry=symmetry,
-        offset=np.zeros(2),
-        ring=None,
-        stretch=(1.0, 1.0),
         spacing_scaled=float(np.sqrt(np.median(weights[nodes]))),
         unknowns=system.first,
         seconds=seconds,

@@ -57,54 +57,25 @@ def _vtk_locations(corners: Integers, *groups: tuple[tuple[int, ...], ...]) -> A
     return np.array([*corners.astype(float), *middles])
 
 
-@dataclass(frozen=True, eq=False)
 class CellKind:
-    """A cell type.
+    """A cell type: its name in meshio, and what scikit-fem knows of it.
 
-    It has its name in meshio, mesh class in scikit-fem, that of the straight-sided, linear version,
-    and the reference positions (n, 3) of the nodes in VTK's order.
+    Of its mesh class `straight` is the straight-sided, linear version. Nodes have the reference
+    positions `locations` (n, 3), corners first; `vtk` are these in VTK's order, where `from_vtk`
+    finds ours. Faces have their corners in cyclic order, `face_nodes` all nodes.
     """
 
-    name: str
-    mesh: type[Any]
-    straight: type[Any]
-    vtk: Array
-
-    @property
-    def order(self) -> int:
-        """Polynomial order of the displacement."""
-        return 1 if self.mesh is self.straight else 2
-
-    @property
-    def simplex(self) -> bool:
-        """Whether it is a tetrahedron."""
-        return self.straight is MeshTet
-
-    @property
-    def locations(self) -> Array:
-        """Reference positions (n, 3) of the nodes."""
-        return np.asarray(self.mesh.elem.doflocs)
-
-    @property
-    def corners(self) -> int:
-        """Number of corners, which come first."""
-        return 4 if self.simplex else 8
-
-    @property
-    def faces(self) -> list[list[int]]:
-        """Corners of the faces, in cyclic order."""
-        return [list(face) for face in self.mesh.elem.refdom.facets]
-
-    @cached_property
-    def face_nodes(self) -> list[Integers]:
-        """All nodes of the faces."""
-        faces = range(len(self.faces))
-        return [np.flatnonzero(self._on_face(self.locations, face)) for face in faces]
-
-    @cached_property
-    def from_vtk(self) -> Integers:
-        """Positions of our nodes in VTK's order."""
-        return np.linalg.norm(self.locations[:, None] - self.vtk, axis=-1).argmin(axis=1)
+    def __init__(self, name: str, mesh: type[Any], straight: type[Any], vtk: Array) -> None:
+        self.name, self.mesh, self.straight, self.vtk = name, mesh, straight, vtk
+        self.order = 1 if mesh is straight else 2
+        self.simplex = straight is MeshTet
+        self.corners = 4 if self.simplex else 8
+        self.locations: Array = np.asarray(mesh.elem.doflocs)
+        self.from_vtk = np.linalg.norm(self.locations[:, None] - vtk, axis=-1).argmin(axis=1)
+        self.faces: list[list[int]] = [list(face) for face in mesh.elem.refdom.facets]
+        self.face_nodes = [
+            np.flatnonzero(self._on_face(self.locations, face)) for face in range(len(self.faces))
+        ]
 
     def shapes(self, points: Array) -> tuple[Array, Array]:
         """Shape functions (n, m) and their reference gradients (n, 3, m) at points (m, 3)."""
