@@ -54,36 +54,19 @@ class LinearSystem:
 
 def linear_system(
     mesh: MeshHex | MeshTet,
-    matrices: Array,
-    held: NDArray[np.bool_],
-    retained: Integers,
+    matrices: Array,  # displacements component fastest, then the mean stresses of a mixed form
+    held: NDArray[np.bool_],  # (n, 3): zero displacements
+    retained: Integers,  # (r,): free displacements, each as 3 node + component
     *,
-    outer: Integers | None = None,
-    fields: Sequence[Array] = (),
+    outer: Integers | None = None,  # (m,): nodes that follow the far field
+    fields: Sequence[Array] = (),  # (m, 3): theirs for a unit of each far-field unknown
     exterior: Array | None = None,
     stretch: tuple[float, float] = (1.0, 1.0),
 ) -> LinearSystem:
     """Return the system with unknowns numbered: free displacements, mean stresses, far field.
 
-    Parameters
-    ----------
-    mesh
-        With n nodes.
-    matrices : (elements, size, size)
-        Displacements component fastest, then the mean stresses of a mixed form.
-    held : (n, 3) bool
-        Zero displacements.
-    retained : (r,)
-        Free displacements, each as 3 node + component.
-    outer : (m,), optional
-        Nodes that follow the far field.
-    fields : sequence of (m, 3)
-        Their displacements for a unit of each far-field unknown.
-    exterior : (k, k), optional
-        As of `LinearSystem`.
-    stretch : (float, float)
-        Of the mesh. Centres are those before it: bisected along its ellipses, an elongated mesh
-        takes a quarter less time and memory.
+    Centres are those before the mesh was stretched: bisected along its ellipses, an elongated one
+    takes a quarter less time and memory.
     """
     outer = np.zeros(0, dtype=np.int64) if outer is None else outer
     follows = np.zeros_like(held)

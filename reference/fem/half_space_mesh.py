@@ -83,31 +83,18 @@ class GradedMesh:
 
 
 def ring_mesh(
-    rings: Array,
-    depths: Array,
+    rings: Array,  # radii of the circles; the first is the half-width of the core along the axes
+    depths: Array,  # of the mesh planes, from 0
     *,
-    core_cells: int,
-    round_from: float,
+    core_cells: int,  # per half-width of the core and per 45 degrees of the rings
+    round_from: float,  # radius of the first true circle, one of the rings
     stretch: tuple[float, float] = (1.0, 1.0),
     planes: Planes = (True, True),
 ) -> GradedMesh:
     """Return a cylinder of 27-node hexahedra: a square core with circular rings.
 
-    Parameters
-    ----------
-    rings : (m + 1,)
-        Radii of the mesh circles; the first is the half-width of the core along the axes.
-    depths : (k + 1,)
-        Depths of the mesh planes, from 0.
-    core_cells : int
-        Cells per half-width of the core and per 45 degrees of the rings.
-    round_from : float
-        Radius of the first true circle (one of `rings`).
-    stretch : (float, float)
-        Factors on x and y that stretch circles up to radius 1 to ellipses; beyond, they become
-        round again, so that the outer boundary is equidistant from the load.
-    planes : (bool, bool)
-        Symmetry planes x = 0 and y = 0, of which only the positive sides are meshed.
+    Stretched in x and y, circles up to radius 1 are ellipses; beyond, they become round again, so
+    that the outer boundary is equidistant from the load.
     """
     # a quarter disc of lattices: a bilinear core with the corners (0, 0), (core, 0),
     # (corner, corner), (0, core), and two sectors, linear from the square to the circle

@@ -27,31 +27,16 @@ COARSEST = 300  # unknowns that are solved at once
 class MultigridFlexibility:
     """Response of a supported body, as `DenseFlexibility`, by columns found as they are needed.
 
-    Parameters
-    ----------
-    matrices : (elements, 3 n, 3 n)
-        Stiffness, component first (x, y, z of the first node, of the second, ...).
-    elements : (elements, n)
-        Nodes.
-    points : (nodes, 3)
-    free : (nodes, 3) bool
-        Components that no support holds; enough are held that no rigid motion is left.
-    candidates : (c,)
-        Nodes that carry normal forces.
-
-    Attributes
-    ----------
-    iterations : list of int
-        Steps of conjugate gradients by block of right-hand sides.
+    `iterations` are the steps of conjugate gradients by block of right-hand sides.
     """
 
     def __init__(
         self,
-        matrices: Array,
-        elements: Integers,
-        points: Array,
-        free: NDArray[np.bool_],
-        candidates: Integers,
+        matrices: Array,  # (elements, 3 n, 3 n), component first
+        elements: Integers,  # (elements, n), nodes
+        points: Array,  # (nodes, 3)
+        free: NDArray[np.bool_],  # (nodes, 3), not held; no rigid motion is left
+        candidates: Integers,  # (c,), nodes that carry normal forces
     ) -> None:
         self.free = free.ravel()
         self.candidates = 3 * candidates + 2

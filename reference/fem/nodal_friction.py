@@ -195,42 +195,6 @@ def follow(
         """Return the normal and tangential force of both halves."""
         return 2.0 * np.array([forces[:, 2].sum(), forces[:, 0].sum()])
 
-    def balanced(
-        loads: Array, place: Array, position: Array, start: Array
-    ) -> tuple[Array, Array, Array]:
-        """Return place, forces and errors at the loads, by Newton's method from a place."""
-        history: list[float] = []
-        for _ in range(_NEWTON):
-            forces, errors = solved(place, position, start)
-            if not sought.size:
-                return place, forces, errors
-            now = totals(forces)
-            missing = (loads - now)[sought]
-            pushed = loads[0] if unknown[0] else now[0]
-            if unknown[1] and not abs(loads[1]) < friction * pushed:
-                raise ConvergenceError(
-                    f"the tangential force {loads[1]!r} is not below friction times the normal "
-                    "force: full sliding"
-                )
-            # relative to the normal force, as a tangential one may be zero
-            unit = np.array([1.0, friction])[sought] * pushed
-            history.append(float(np.abs(missing / unit).max()))
-            if history[-1] <= _FORCE_ERROR:
-                return place, forces, errors
-            slopes = np.empty((sought.size, sought.size))
-            moved = _SLOPE_STEP * np.array([1.0, friction]) * abs(place[0])
-            for column, axis in enumerate(sought):
-                beside = place.copy()
-                beside[axis] += moved[axis]
-                change = totals(solved(beside, position, start)[0]) - now
-                slopes[:, column] = change[sought] / moved[axis]
-            new = place.copy()
-            new[sought] += np.linalg.lstsq(slopes, missing)[0]
-            if unknown[0]:
-                new[0] = np.clip(new[0], place[0] / _LARGEST_FACTOR, place[0] * _LARGEST_FACTOR)
-            place = new
-        raise ConvergenceError("no displacement carries the forces of a frictional step", history)
-
     def walk() -> Iterator[NodalStep]:
         forces, position, place = np.zeros((count, 3)), np.zeros((count, 2)), np.zeros(2)
         for loads in steps:
@@ -240,7 +204,40 @@ def follow(
                 even = np.zeros((count, 3))
                 even[:, 2] = 1 / count
                 place[0] = loads[0] / 2 * (table @ even.ravel()).reshape(-1, 3)[:, 2].mean()
-            place, forces, errors = balanced(loads, place, position, forces)
+            # Newton's method for the place that carries the loads
+            start, history = forces, list[float]()
+            for _ in range(_NEWTON):
+                forces, errors = solved(place, position, start)
+                if not sought.size:
+                    break
+                now = totals(forces)
+                missing = (loads - now)[sought]
+                pushed = loads[0] if unknown[0] else now[0]
+                if unknown[1] and not abs(loads[1]) < friction * pushed:
+                    raise ConvergenceError(
+                        f"the tangential force {loads[1]!r} is not below friction times the normal "
+                        "force: full sliding"
+                    )
+                # relative to the normal force, as a tangential one may be zero
+                unit = np.array([1.0, friction])[sought] * pushed
+                history.append(float(np.abs(missing / unit).max()))
+                if history[-1] <= _FORCE_ERROR:
+                    break
+                slopes = np.empty((sought.size, sought.size))
+                beside = _SLOPE_STEP * np.array([1.0, friction]) * abs(place[0])
+                for column, axis in enumerate(sought):
+                    tried = place + beside * (np.arange(2) == axis)
+                    change = totals(solved(tried, position, start)[0]) - now
+                    slopes[:, column] = change[sought] / beside[axis]
+                new = place.copy()
+                new[sought] += np.linalg.lstsq(slopes, missing)[0]
+                if unknown[0]:
+                    new[0] = np.clip(new[0], place[0] / _LARGEST_FACTOR, place[0] * _LARGEST_FACTOR)
+                place = new
+            else:
+                raise ConvergenceError(
+                    "no displacement carries the forces of a frictional step", history
+                )
             moved = (table @ forces.ravel()).reshape(-1, 3)
             position = np.column_stack([place[1] - moved[:, 0], -moved[:, 1]])
             pushed, along = totals(forces)

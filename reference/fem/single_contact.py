@@ -180,14 +180,8 @@ class RingPressure:
     sum_k M_i(x_k) R_k`` for a q that is bilinear between the corners of the elements (shape
     functions M) averages over patches of elements, conserves force and first moments, and separates
     the known root at the edge from the interpolation: for Hertz q is constant. Rho is the radius
-    over that of the contact, which is slightly larger than the mesh circle.
-
-    Parameters
-    ----------
-    body : CondensedBody
-        A body of any size, because the projection depends only on the mesh.
-    stiffness : float
-        dF/dd of the body with all nodes within the mesh circle in contact.
+    over that of the contact, which is slightly larger than the mesh circle: that of a punch of the
+    `stiffness` dF/dd. The size of the body does not matter.
     """
 
     def __init__(self, body: CondensedBody, stiffness: float) -> None:
