@@ -82,7 +82,7 @@ def pyramid(faces: int, slope: float) -> Body:
     radius = 0.5 / (slope * 0.25 * np.pi * math.sin(half) / half)
 
     def punch(cells: int) -> Outline:
-        return circle(cells, dihedral(faces), half, _POINTED).scaled(radius)
+        return circle(cells, dihedral(faces), half, _POINTED).stretched(radius, radius)
 
     def anywhere(x: Array, y: Array) -> Array:
         turns = 2 * np.pi * np.arange(faces) / faces

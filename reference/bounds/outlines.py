@@ -38,12 +38,8 @@ class Outline:
         """Length of the outline's narrow direction, a half of it."""
         return min(self.extents)
 
-    def scaled(self, size: float) -> Outline:
-        """Return the outline times a length."""
-        return self.stretched(size, size)
-
     def stretched(self, x: float, y: float) -> Outline:
-        """Stretch along the axes; only for outlines whose images are the mirrors of these."""
+        """Stretch along the axes, unequally only where the images are the mirrors of these."""
         a, b = self.extents
         return replace(self, points=self.points * [x, y], extents=(x * a, y * b))
 

@@ -261,7 +261,7 @@ def test_what_no_theorem_covers_is_refused(wrong):
 def test_self_energy_of_the_square_adds_up_from_graded_cells():
     # over the unit square the double integral of 1/r is 4 [ln(1 + sqrt 2) + (1 - sqrt 2)/3]
     exact = 4 * (math.log(1 + math.sqrt(2)) + (1 - math.sqrt(2)) / 3)
-    square = regular(4, 3, 2.0).scaled(0.5)
+    square = regular(4, 3, 2.0).stretched(0.5, 0.5)
     factors = np.array([0.0, 0.5, 0.9, 0.99, 1.0])
     cells = fan_cells(square.points, factors, closed=False)
     integrals, errors = mutual_integrals(cells, square.images)
