@@ -96,9 +96,8 @@ class GridPotential:
                 result[: self.shape[0], : self.shape[1]] for result in results
             )
             under, over = np.zeros((2, *self.shape))
-            deepest, highest = (rest[place] for rest in _near_rests(self.squares))
-            block = _block_rests(place, self.squares)
-            _add_near(pressure, deepest, highest, block, under, over)
+            deepest, highest, blocks = (rests[place] for rests in _near_rests(self.squares))
+            _add_near(pressure, deepest, highest, blocks, under, over)
             # the rounding of two transforms, by Cauchy and Schwarz, of their product and of its
             # inverse
             slack = 2 * noise * float(np.linalg.norm(pressure)) * size
@@ -138,11 +137,12 @@ class GridPotential:
 
 
 @lru_cache(maxsize=4)
-def _near_rests(squares: int) -> tuple[Array, Array]:
+def _near_rests(squares: int) -> tuple[Array, Array, Array]:
     """Rests under and over the linear part near a cell of side 1, by square and offset.
 
     The cell and the offsets are their own images in both axes and in the diagonal, so squares on
-    one side of these suffice.
+    one side of these suffice. And by square those of a whole block of loaded cells about its own,
+    which are those of one loaded cell of the block's size.
     """
     steps = (np.arange(squares) + 0.5) / squares - 0.5
     offsets = np.arange(-_NEAR, _NEAR + 1.0)
@@ -158,20 +158,10 @@ def _near_rests(squares: int) -> tuple[Array, Array]:
                 bound = bound.T if abs(y) > abs(x) else bound
                 rest[m, n] = bound[:: -1 if x < 0 else 1, :: -1 if y < 0 else 1] + _REST
     under, over = rests.reshape(2, squares**2, *rests.shape[3:])
-    return under, over
-
-
-@lru_cache(maxsize=64)
-def _block_rests(place: int, squares: int) -> Array:
-    """Rests under and over the linear part of a whole block of loaded cells about a square's cell.
-
-    They are those of one loaded cell of the block's size.
-    """
-    steps = (np.arange(squares) + 0.5) / squares - 0.5
     size = 2 * _NEAR + 1
-    x, y = np.array([[steps[place // squares]]]) / size, np.array([[steps[place % squares]]]) / size
-    under, over = _bound_rests(x, y, 0.5 / squares / size)
-    return size * (np.array([under[0, 0], over[0, 0]]) + _REST)
+    x, y = (place.ravel() / size for place in np.meshgrid(steps, steps, indexing="ij"))
+    blocks = size * (np.stack(_bound_rests(x, y, 0.5 / squares / size), axis=1) + _REST)
+    return under, over, blocks
 
 
 @njit(cache=True, error_model="numpy")

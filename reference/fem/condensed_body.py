@@ -52,7 +52,7 @@ from reference.fem.far_field import exterior_stiffness, group_field, source_grou
 from reference.fem.half_space_mesh import GradedMesh, RingMesh, TensorMesh
 from reference.fem.matrix_free import IterativeFlexibility
 from reference.fem.multigrid import MultigridFlexibility
-from reference.fem.solid_mesh import SupportedMesh, contact_nodes, tributary_areas
+from reference.fem.solid_mesh import CUBE, SupportedMesh, contact_nodes, tributary_areas
 
 Array = NDArray[np.float64]
 
@@ -376,12 +376,6 @@ def supported_body(
     )
 
 
-# corners of a hexahedron in the order of VTK (and meshio), as lattice offsets
-VTK_CORNERS = np.array(
-    [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
-)
-
-
 @dataclass(frozen=True, eq=False)
 class Fields:
     """Nodal fields of the meshed part, in consistent units."""
@@ -461,7 +455,7 @@ def recover(body: CondensedBody, reactions: ArrayLike) -> Fields:
         lattice[:, i, j, k] = elements
         blocks = []
         for start in np.ndindex(order, order, order):
-            i, j, k = (np.array(start) + VTK_CORNERS).T
+            i, j, k = (np.array(start) + CUBE).T
             blocks.append(lattice[:, i, j, k])
         cells, spanning, mirror = np.concatenate(blocks), [1, 3, 4], [4, 5, 6, 7, 0, 1, 2, 3]
     corners = mesh.p.T[cells]

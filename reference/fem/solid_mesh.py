@@ -33,7 +33,7 @@ RIGID_MOTIONS = (
 )
 
 # Positions of VTK's nodes: corners, then the middles of these edges, faces and the cell.
-_CUBE = np.array(
+CUBE = np.array(
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
 )
 _CUBE_EDGES = (
@@ -96,7 +96,7 @@ class CellKind:
         """Origin and three axes (8, 4, 3) of the eight child cells."""
         if not self.simplex:
             axes = np.broadcast_to(0.5 * np.eye(3), (8, 3, 3))
-            return np.concatenate([0.5 * _CUBE[:, None], axes], axis=1)
+            return np.concatenate([0.5 * CUBE[:, None], axes], axis=1)
         corners = _vtk_locations(_TETRAHEDRON, _TETRAHEDRON_EDGES)[np.array(_BEY)]
         frames = np.concatenate([corners[:, :1], corners[:, 1:] - corners[:, :1]], axis=1)
         mirrored = np.linalg.det(frames[:, 1:]) < 0.0
@@ -126,11 +126,11 @@ class CellKind:
         return np.abs((points - first) @ normal) < 1e-9  # reference cells have unit size
 
 
-_CUBE_27 = _vtk_locations(_CUBE, _CUBE_EDGES, _CUBE_FACES, (tuple(range(8)),))
+_CUBE_27 = _vtk_locations(CUBE, _CUBE_EDGES, _CUBE_FACES, (tuple(range(8)),))
 KINDS = {
     kind.name: kind
     for kind in (
-        CellKind("hexahedron", MeshHex, MeshHex, _vtk_locations(_CUBE)),
+        CellKind("hexahedron", MeshHex, MeshHex, _vtk_locations(CUBE)),
         CellKind("hexahedron27", MeshHex2, MeshHex, _CUBE_27),
         CellKind("tetra", MeshTet, MeshTet, _vtk_locations(_TETRAHEDRON)),
         CellKind("tetra10", MeshTet2, MeshTet, _vtk_locations(_TETRAHEDRON, _TETRAHEDRON_EDGES)),
