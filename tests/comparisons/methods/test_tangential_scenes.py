@@ -9,14 +9,10 @@ from numpy.testing import assert_allclose
 from comparisons.geometry.prepare import prepare
 from comparisons.judging.comparison import compare
 from comparisons.methods.registry import concerned
-from comparisons.questions.experiments import EXPERIMENTS
-from comparisons.questions.experiments import friction as experiments
-from comparisons.questions.experiments.rough_ensemble import Drawing, Surface, line_samples, press
 from comparisons.questions.study import solved_in_memory
 from comparisons.scene.scene import Scene, load_scene, make_scene
 from comparisons.solving.planning import plan_scene
 from reference.closed_form import stiffness_ratio
-from reference.lubrication.formulas import squeezed_film
 
 RUBBER = {"youngs_modulus": "3 MPa", "poisson_ratio": 0.5}
 PULL = {"force": "1 N", "tangential_force": ["0.2 N", "-0.2 N"], "substeps": 2}
@@ -38,34 +34,6 @@ def test_springs_and_half_space_meet_on_rubber(solved, scene):
         assert np.abs(u - v).max() < 0.01 * np.abs(v).max(), name
     assert np.abs(one.quantities["tangential_force"][0]).max() == 0.2
     assert other.violation.max() <= 1e-6
-
-
-@pytest.mark.slow
-def test_coupling_is_what_the_springs_leave_out(solved, scene):
-    """Rigid ball on nu = 0: without coupling the same, with it some 10 % and more apart."""
-    apart = {}
-    for coupling in ("none", "full"):
-        half_space = {"youngs_modulus": "3 MPa", "poisson_ratio": 0.0}
-        table = {"coefficient": 0.3, "coupling": coupling}
-        ball = friction(scene, half_space=half_space, friction=table)
-        u = solved(ball, "reduced", 20).quantities["tangential_displacement"][0]
-        v = solved(ball, "bem_fft", 12).quantities["tangential_displacement"][0]
-        apart[coupling] = np.abs(u - v).max() / np.abs(v).max()
-    assert apart["none"] < 5e-3 < 0.08 < apart["full"]
-
-
-@pytest.mark.slow
-def test_finite_elements_see_the_same_coupling(solved, scene):
-    """Rigid ball on nu = 0.2, both forces prescribed: within 2 % where springs lack 8 % or more."""
-    half_space = {"youngs_modulus": "3 MPa", "poisson_ratio": 0.2}
-    ball = friction(scene, half_space=half_space)
-    known = {
-        name: solved(ball, name, n).quantities["tangential_displacement"][0]
-        for name, n in (("fem", 4), ("bem_fft", 16), ("reduced", 20))
-    }
-    size = np.abs(known["bem_fft"]).max()
-    assert np.abs(known["fem"] - known["bem_fft"]).max() < 0.02 * size
-    assert np.abs(known["reduced"] - known["bem_fft"]).max() > 0.08 * size
 
 
 def test_finite_elements_lose_what_slides_as_a_whole(solved, scene):
@@ -127,32 +95,6 @@ def test_cells_have_the_ratio_of_stiffnesses_of_mindlins_ellipse(solved, scene):
     sticking = friction(scene, indenter=punch, compare={"quantities": ["stiffness_ratio"]})
     ratio = solved(sticking, "bem_fft", 16).quantities["stiffness_ratio"][0, 0]
     assert ratio == pytest.approx(stiffness_ratio(2, 1, 0.5), rel=5e-3)
-
-
-@pytest.mark.slow
-def test_the_experiment_on_rough_slip_measures_the_normal_law_twice(monkeypatch):
-    """Displacement d - d_c with F(d_c) = F - F_x/mu: exact on the line, close on surfaces.
-
-    At nu = 1/2 superposition lacks what the outline of a contact does to its tangential stiffness,
-    some per cent of single surfaces and of either sign (an ellipse 2:1: 5 %).
-    """
-    monkeypatch.setitem(experiments._COUNTS, "quick", (6, 200))
-    measured = EXPERIMENTS["rough-slip"].measure(0.6, "quick")
-    assert measured.uncertainty > 0.1
-    surface = Surface(48, 0.8, 2.0, 6.0)
-    stuck = 0.02 * (1 - 0.6)
-    ratio = experiments._FRICTION * 1.5  # mu E*/G*, G* = 4G/(2 - nu) = 2/3
-    for k in range(2):
-        maps = surface.operator(), surface.heights(k)
-        depths = [press(*maps, force)[1]["penetration"] for force in (0.02, stuck)]
-        expected = ratio * (depths[0] - depths[1])
-        assert experiments.slip_of_surface(surface, 0.02, 0.6, k, 1) == pytest.approx(
-            expected, rel=0.05
-        )
-    lines = experiments.slip_of_lines(surface, 0.02, 0.6, 200)
-    drawing = Drawing(line_points=192)
-    full, less = (line_samples(surface, f, 200, drawing)["penetration"] for f in (0.02, stuck))
-    assert lines == pytest.approx(ratio * (full - less), rel=1e-9)
 
 
 ROLLS = {"creep": [-0.002, 0.0, 0.001, 0.01]}
@@ -259,19 +201,6 @@ def test_the_half_space_is_the_truth_and_the_springs_are_off_as_known(load):
     assert 0.6 < abs(own.error) < 1.0
 
 
-def test_the_printed_scheme_is_judged_on_both_sides_of_its_limit():
-    measure = EXPERIMENTS["printed-rubber"].measure
-    assert abs(measure(1.0, "quick").error) < 0.05
-    assert abs(measure(2.2, "quick").error) > 1
-
-
-def test_springs_have_twice_the_friction_of_a_slow_paraboloid():
-    """Exactly 2 for v -> 0; 1.98 at a way of a tenth of the radius, with a bar of some per cent."""
-    measured = EXPERIMENTS["sliding-paraboloid"].measure(0.1, "quick")
-    assert abs(measured.error - 0.98) < measured.uncertainty
-    assert np.isfinite(measured.uncertainty)
-
-
 SLIDING, FRETTING, ROUGH = "worn-ball", "fretting-ball", "worn-rough"
 
 
@@ -352,17 +281,3 @@ def test_line_and_half_space_carry_the_load(curves):
         assert 0 < film["film_minimum"][0] < film["film_central"][0]
     assert line["film_central"][0] == pytest.approx(truth["film_central"][0], rel=0.3)
     assert line["friction_force"][0] < truth["friction_force"][0]
-
-
-@pytest.mark.slow
-def test_a_stiff_squeeze_is_the_closed_form(curves):
-    """Closed form, half-space and the line of the rigid width agree where nothing bends."""
-    scene = SQUEEZED | {
-        "half_space": {"effective_modulus": 1e13},
-        "loading": {"force": [0.05, 0.1], "squeeze_speed": 1e-4},
-        "methods": {"reduced": {"film": "rigid"}},
-    }
-    exact = [squeezed_film(0.01, 1.0, 1e-4, load) for load in (0.05, 0.1)]
-    for method, n in (("closed_form", 1), ("bem_fft", 16), ("reduced", 64)):
-        # the cells' error on 16 of them, and the ball that ends at r = R
-        assert np.array(curves(scene, method, n)["film_minimum"]) == pytest.approx(exact, rel=4e-3)

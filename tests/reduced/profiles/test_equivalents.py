@@ -102,13 +102,6 @@ def test_inverse_transform_of_a_punch_is_flat_and_ends():
         inverse_transform(cylinder(1.0), np.array([-0.1]))
 
 
-def test_the_chapters_rule_stands_for_another_body():
-    """Half the radius for f ~ r^4 is the exact profile of a body 2/kappa_4 = 3/4 as high."""
-    r = np.array([0.2, 1.4])
-    behind = inverse_transform(half_radius(power_law(4, 0.3).section), r)
-    np.testing.assert_allclose(behind, 0.75 * 0.3 * r**4, rtol=QUADRATURE)
-
-
 @pytest.mark.parametrize("profile", [*SMOOTH, cylinder(1.0)], ids=lambda p: p.name)
 @given(st.floats(1e-12, 1.0))
 def test_contact_radius_inverts_the_height(profile, fraction):

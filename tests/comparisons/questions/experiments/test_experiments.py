@@ -186,14 +186,6 @@ def test_a_line_without_plateau_has_no_normal_heights():
     )
 
 
-def test_rough_lines_keep_displacements_and_lose_areas():
-    area = measure("rough-contact", 0.01)
-    assert area.error - area.uncertainty > 0.5
-    for quantity in ("stiffness", "penetration"):
-        measured = measure("rough-contact", 0.01, quantity=quantity)
-        assert abs(measured.error) < 0.15
-
-
 def test_light_loads_by_bush_gibson_and_thomas_are_above_the_periodic_surface():
     """About 2 is kappa: their 2.51 is above it."""
     assert measure("rough-contact", 0.03, statement="bush", periodic=True).error > 0
@@ -238,24 +230,6 @@ def test_the_bar_of_the_grid_covers_the_change_to_finer_grids():
     refined = measure("rough-contact", 0.01, quantity="contact_area_raw")
     assert refined.error > native.error
     assert refined.uncertainty > native.uncertainty
-
-
-@pytest.mark.slow
-def test_a_line_of_two_bodies_is_the_sum_of_two_lines():
-    """At small loads; mates that lie on each other are another matter for the surfaces."""
-    same = measure("two-rough-bodies", 0.003)
-    assert abs(same.error) < 2 * same.uncertainty
-    free, mating = (
-        measure("two-rough-bodies", 0.01, against="surfaces", quantity="stiffness", correlation=c)
-        for c in (0.0, -0.8)
-    )
-    assert mating.error < free.error - 0.2
-
-
-@pytest.mark.parametrize("rule", ["own_curvature", "one_radius", "abel"])
-def test_first_yield_of_the_paraboloid_is_exact_by_every_rule(rule):
-    measured = measure("first-yield", 2, rule=rule)
-    assert abs(measured.error) <= measured.uncertainty
 
 
 def test_first_yield_of_other_shapes():

@@ -9,6 +9,7 @@ from comparisons.errors import InputError
 from comparisons.questions.experiments import EXPERIMENTS, proved
 from comparisons.questions.experiments.adhesion import largest
 from comparisons.questions.experiments.boundary_elements import QUANTITIES, two_truths
+from comparisons.questions.experiments.friction_judges import FRICTION, impact
 from comparisons.questions.experiments.rough_contact import of_surface
 from comparisons.questions.experiments.rough_ensemble import Surface
 from comparisons.questions.experiments.yielding import largest_mises
@@ -74,12 +75,6 @@ def test_a_pressed_pyramid_is_stiffer_than_its_flat_section_and_that_of_many_fac
         measure("pyramid-stiffness", 6, rule="king")
 
 
-@pytest.mark.parametrize("shape", ["truncated_cone", "truncated_paraboloid", "round_cone"])
-def test_blunt_bodies_on_springs_have_the_force_of_the_closed_form(shape):
-    finding = measure("blunt-body", 0.5, shape=shape)
-    assert abs(finding.error) < 1e-4
-
-
 def test_greenwood_and_williamson_is_hertz_summed_over_normal_heights():
     """The moments against a sum over a million heights, to their scatter of 1 %."""
     model = GreenwoodWilliamson(density=100.0, radius=0.02, mean=0.0, deviation=0.01)
@@ -132,35 +127,15 @@ def test_torsion_with_slip_ends_in_mindlin_and_in_full_slip():
     assert 1 + springs.error == pytest.approx(2 / math.pi, rel=3e-3)
 
 
-def test_cells_that_stick_and_slip_twist_as_lubkin_has_it_at_any_poisson_ratio():
-    """24 cells per radius: 1e-4 off."""
-    for nu in (0.0, 0.5):
-        finding = measure("torsion", 0.5, statement="closed_form", poisson_ratio=nu)
-        assert abs(finding.error) < finding.uncertainty < 5e-4
-
-
-@pytest.mark.slow
 def test_an_oblique_impact_that_slides_throughout_spends_all_of_its_friction():
     """Beyond 4 chi - 1 = 11/3 (solid ball, nu = 1/2) nothing sticks: the impulse is mu times 2 m v.
 
-    The trapezoids of 32 steps err by 1e-4.
+    It slows the point of contact by 7/2 of itself. The trapezoids of 32 steps err by 1e-4.
     """
-    finding = measure("oblique-impact", 5.0)
-    assert finding.details["stated"] == pytest.approx(1.0, abs=3e-4)
-    assert abs(finding.error) < 2e-3
-
-
-@pytest.mark.slow
-def test_half_of_a_pressed_ball_sticks_in_spences_case():
-    """CONTACT's case; 16 cells per radius and 30 steps know it to 5 %."""
-    finding = measure("pressing-with-friction")
-    assert abs(finding.error) < finding.uncertainty < 0.06
-
-
-@pytest.mark.parametrize("ratio", [0.1, 0.7, 10.0])
-def test_elliott_s_modulus_is_that_of_a_wave_of_pressure(ratio):
-    """Two independent ways: a formula, and the two decaying fields of equilibrium."""
-    assert abs(measure("transverse-isotropy", ratio).error) < 1e-9
+    time, _, shift, force = impact(5.0, 32, 801)
+    assert np.trapezoid(force, time) == pytest.approx(2 * FRICTION, rel=3e-4)
+    velocity = np.diff(shift) / np.diff(time)
+    assert velocity[0] - velocity[-1] == pytest.approx(7 * FRICTION, rel=3e-4)
 
 
 def test_an_isotropic_body_has_its_own_modulus():
@@ -181,16 +156,6 @@ def test_the_line_s_densities_start_as_constants():
         measured = measure("contact-ends", 0.02, quantity=quantity, model="line", exponent=0.0)
         assert abs(measured.error) < 0.1
         assert measured.details["true"] == 0.0
-
-
-@pytest.mark.slow
-def test_the_surface_s_densities_start_as_the_edges_of_contacts_say():
-    for quantity, exponent, width in (("pressure", 1.0, 0.35), ("gap", -1 / 3, 0.05)):
-        measured = EXPERIMENTS["contact-ends"].measure(
-            0.02, "full", quantity=quantity, exponent=exponent
-        )
-        assert abs(measured.error) < width
-        assert measured.details["stated"] == exponent  # the surface is the truth
 
 
 @pytest.mark.slow
