@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from comparisons.questions.single import SingleResult
     from comparisons.results.advice import Advice
     from comparisons.results.ensemble_folder import EnsembleResult
-    from comparisons.results.record import StudyRecord, asked_in_vain
+    from comparisons.results.record import StudyRecord
     from comparisons.results.run_comparison import RunComparison
     from comparisons.solving.plan import Plan
     from comparisons.tasks.task import Task
@@ -77,6 +77,7 @@ def print_study(
     from comparisons.results.advice import advise, wide_truth
     from comparisons.results.finding import methods_of
     from comparisons.results.measured import modulus_sentence
+    from comparisons.results.record import asked_in_vain
     from reports.tables.judged import finding_table, summary_lines, verdict_table
 
     console = _console()
