@@ -26,7 +26,7 @@ from comparisons.tasks.solution import Solved
 # Realisations that have rows of their own: bands need no more, and lines come in tens of thousands.
 MOST_REALISATIONS = 450
 # On grids that are coarser than the finest, of which nothing draws a band.
-MOST_COARSE = 100
+MOST_COARSE = 20
 BARS = "reference_uncertainty"
 # Of values of single surfaces, and of their errors: their scatter is in the second.
 DIGITS, ERROR_DIGITS = 8, 5
