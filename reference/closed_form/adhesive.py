@@ -176,14 +176,13 @@ def strength_of(radius: float, effective_modulus: float, work: float, parameter:
     return parameter / maugis_parameter(radius, effective_modulus, work, 1.0)
 
 
-@dataclass(frozen=True)
 class MaugisForm:
     """Equilibria of a paraboloid by contact radius a >= 0 (a = 0: attraction across the gap only).
 
     D. Maugis, J. Colloid Interface Sci. 150 (1992) 243: the constant tension sigma0 acts where the
     gap is below w/sigma0. The only parameter is lambda (`maugis_parameter`): where it is large, the
     contact is that of Johnson, Kendall & Roberts, where it is small that of Derjaguin, Muller &
-    Toporov (pull-off at -2 pi w R). In Maugis' units, a in (pi w R^2/K)^(1/3), F in pi w R, d in
+    Toporov (pull-off at -2 pi w R). In Maugis' `units`, a in (pi w R^2/K)^(1/3), F in pi w R, d in
     (pi^2 w^2 R/K^2)^(1/3), with m = c/a for the edge of the tension, s = sqrt(m^2 - 1),
     q = arctan s:
 
@@ -191,40 +190,35 @@ class MaugisForm:
         F = a^3 - lambda a^2 [s + m^2 q],   d = a^2 - (4/3) lambda a s.
     """
 
-    # R, E*, w and sigma0
-    radius: float
-    effective_modulus: float
-    work: float
-    strength: float
-
-    def __post_init__(self) -> None:
-        require_positive("maugis", **vars(self))
-
-    @property
-    def parameter(self) -> float:
-        """Maugis' lambda."""
-        return maugis_parameter(self.radius, self.effective_modulus, self.work, self.strength)
-
-    def units(self) -> tuple[float, float, float]:
-        """Units of contact radius, force and penetration."""
-        R, w, K = self.radius, self.work, 4 / 3 * self.effective_modulus
-        length = float(np.cbrt(math.pi * w / K * R * R))
-        return length, math.pi * w * R, length / R * length
+    def __init__(
+        self, radius: float, effective_modulus: float, work: float, strength: float
+    ) -> None:
+        R, E, w, sigma = require_positive(
+            "maugis",
+            radius=radius,
+            effective_modulus=effective_modulus,
+            work=work,
+            strength=strength,
+        )
+        self.parameter = maugis_parameter(R, E, w, sigma)
+        length = float(np.cbrt(math.pi * w / (4 / 3 * E) * R * R))
+        # of contact radius, force and penetration
+        self.units = length, math.pi * w * R, length / R * length
 
     def force(self, contact_radius: ArrayLike) -> Array:
         """Return F(a)."""
         a, c, s = self._scaled(contact_radius)
-        return self.units()[1] * (a**3 - self.parameter * (a * s + c * c * np.arctan2(s, a)))
+        return self.units[1] * (a**3 - self.parameter * (a * s + c * c * np.arctan2(s, a)))
 
     def penetration(self, contact_radius: ArrayLike) -> Array:
         """Return d(a)."""
         a, _, s = self._scaled(contact_radius)
-        return self.units()[2] * (a**2 - 4 / 3 * self.parameter * s)
+        return self.units[2] * (a**2 - 4 / 3 * self.parameter * s)
 
     def pull_off(self, control: str = "force") -> float:
         """Return the contact radius at minimum force or penetration, 0 if there is no fold."""
         law = {"force": self.force, "penetration": self.penetration}[control]
-        length = self.units()[0]
+        length = self.units[0]
         radii = length * np.linspace(0.0, 2.5, 251)
         lowest = int(np.argmin(law(radii)))
         if lowest == 0:
@@ -235,7 +229,7 @@ class MaugisForm:
 
     def _scaled(self, contact_radius: ArrayLike) -> tuple[Array, Array, Array]:
         """Return a, c and sqrt(c^2 - a^2) in Maugis' units."""
-        scaled, strength = np.asarray(contact_radius, dtype=float) / self.units()[0], self.parameter
+        scaled, strength = np.asarray(contact_radius, dtype=float) / self.units[0], self.parameter
         if not (scaled >= 0).all():
             raise ValueError(f"contact radius must not be negative, not {contact_radius!r}")
 

@@ -50,7 +50,6 @@ def _away(name: str, distance: ArrayLike) -> Array:
     return r
 
 
-@dataclass(frozen=True)
 class Westergaard:
     """Contact of the wavy surface h = D cos(2 pi x/l) with a half-space, in plane strain.
 
@@ -69,20 +68,17 @@ class Westergaard:
     0.5
     """
 
-    # D, l and E*, positive, in consistent units
-    amplitude: float
-    wavelength: float
-    effective_modulus: float
-
     source = "Westergaard 1939; Johnson 1985, section 13.2"
 
-    def __post_init__(self) -> None:
-        require_positive("westergaard", **vars(self))
-
-    @property
-    def full_contact_pressure(self) -> float:
-        """Mean pressure p* of full contact."""
-        return math.pi * self.effective_modulus * (self.amplitude / self.wavelength)
+    def __init__(self, amplitude: float, wavelength: float, effective_modulus: float) -> None:
+        self.amplitude, self.wavelength, self.effective_modulus = require_positive(
+            "westergaard",
+            amplitude=amplitude,
+            wavelength=wavelength,
+            effective_modulus=effective_modulus,
+        )
+        # the mean pressure p*
+        self.full_contact_pressure = math.pi * effective_modulus * (amplitude / wavelength)
 
     def contact_fraction(self, mean_pressure: ArrayLike) -> Any:
         """A/A0 at a mean pressure."""

@@ -5,7 +5,6 @@ A place loses k p ds (Archard's law, locally).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -18,7 +17,6 @@ from reference.closed_form.form import Array, ClosedForm, require_positive
 _MODES = 200
 
 
-@dataclass(frozen=True)
 class WornPunch:
     """A flat circular punch of radius b that slides on a half-space and wears by the coefficient k.
 
@@ -37,38 +35,34 @@ class WornPunch:
     1.0
     """
 
-    radius: float
-    effective_modulus: float
-    coefficient: float
-
-    def __post_init__(self) -> None:
-        require_positive("worn punch", **vars(self))
+    def __init__(self, radius: float, effective_modulus: float, coefficient: float) -> None:
+        self.radius, self.effective_modulus, self.coefficient = require_positive(
+            "worn punch",
+            radius=radius,
+            effective_modulus=effective_modulus,
+            coefficient=coefficient,
+        )
+        self.area = np.pi * radius**2
+        self._unit = 2 * radius / effective_modulus  # length per pressure of the tables
 
     def under_force(self, force: float, distance: float) -> tuple[float, float, float]:
         """Return penetration, force and volume lost.
 
         The penetration grows by the mean pressure's wear; the modes that carry no force decay.
         """
-        area = np.pi * self.radius**2
-        mean = force / area
+        mean = force / self.area
         part = np.full(_MODES - 1, mean)
         decay, _ = self._decayed(1, part, distance)
         change = _tables()[0][0, 1:] @ (decay - part) * 2 * self._unit
         worn = self.coefficient * mean * distance
         depth = force / (2 * self.effective_modulus * self.radius)
-        return float(depth + change + worn), force, float(worn * area)
+        return float(depth + change + worn), force, float(worn * self.area)
 
     def at_penetration(self, penetration: float, distance: float) -> tuple[float, float, float]:
         """Return penetration, force and volume lost: all modes decay."""
-        area = np.pi * self.radius**2
-        mean = 2 * self.effective_modulus * self.radius * penetration / area
+        mean = 2 * self.effective_modulus * self.radius * penetration / self.area
         decay, lost = self._decayed(0, np.full(_MODES, mean), distance)
-        return penetration, float(decay[0] * area), float(lost[0] * area)
-
-    @property
-    def _unit(self) -> float:
-        """Length per pressure of the tables."""
-        return 2 * self.radius / self.effective_modulus
+        return penetration, float(decay[0] * self.area), float(lost[0] * self.area)
 
     def _decayed(self, first: int, start: Array, distance: float) -> tuple[Array, Array]:
         """Return coefficients of the pressure after a distance, and of the depth lost.

@@ -136,38 +136,31 @@ class FlattenedBall:
     yield_stress: float
 
 
-@dataclass(frozen=True)
 class Fit:
     """Curves over w = d/d_c.
 
     `force` and `area` are in units of Hertz's contact at first yield, whose largest pressure is
     `pressure`; `residual` is the depth that remains after unloading from w, in units of d_c. Fitted
-    up to w = `largest`; `source` names the paper, and its problem.
+    up to w = `largest`; `source` names the paper, and its problem. The ball `yields_at`
+    d_c = (pi p0/(2 E*))^2 R.
     """
 
-    ball: FlattenedBall
-    pressure: float
-    force: Callable[[Array], Array]
-    area: Callable[[Array], Array]
-    residual: Callable[[Array], Array] | None
-    largest: float
-    source: str
-
-    @property
-    def yields_at(self) -> float:
-        """d_c = (pi p0/(2 E*))^2 R."""
-        return yield_depth(self.ball.radius, self.ball.effective_modulus, self.pressure)
-
-    @property
-    def force_unit(self) -> float:
-        """Force of Hertz's contact at d_c."""
-        ball, depth = self.ball, self.yields_at
-        return float(4 / 3 * ball.effective_modulus * np.sqrt(ball.radius * depth) * depth)
-
-    @property
-    def area_unit(self) -> float:
-        """Area of Hertz's contact at d_c."""
-        return float(np.pi * self.ball.radius * self.yields_at)
+    def __init__(
+        self,
+        ball: FlattenedBall,
+        pressure: float,
+        force: Callable[[Array], Array],
+        area: Callable[[Array], Array],
+        residual: Callable[[Array], Array] | None,
+        largest: float,
+        source: str,
+    ) -> None:
+        self.pressure, self.largest, self.source = pressure, largest, source
+        self.force, self.area, self.residual = force, area, residual
+        R, E = ball.radius, ball.effective_modulus
+        self.yields_at = d = yield_depth(R, E, pressure)
+        self.force_unit = float(4 / 3 * E * np.sqrt(R * d) * d)
+        self.area_unit = float(np.pi * R * d)
 
 
 def kogut_etsion(ball: FlattenedBall) -> Fit:

@@ -414,7 +414,7 @@ def test_maugis_of_long_range_is_derjaguin_muller_toporov():
     """Pull-off tends to -2 pi w R as lambda goes to zero, the force to Hertz's less that."""
     form = MaugisForm(2.0, E, W, strength_of(2.0, E, W, 1e-3))
     assert float(form.force(form.pull_off())) == pytest.approx(-2 * np.pi * W * 2.0, rel=2e-3)
-    a = 3 * form.units()[0]
+    a = 3 * form.units[0]
     hertz = 4 / 3 * E * a**3 / 2.0
     assert float(form.force(a)) == pytest.approx(hertz - 2 * np.pi * W * 2.0, rel=2e-3)
 
