@@ -136,5 +136,5 @@ def test_a_narrow_terminal_breaks_no_word(capsys, record, monkeypatch):
     monkeypatch.setenv("COLUMNS", "40")
     terminal.print_study(record, [])
     lines = capsys.readouterr().out.splitlines()
-    assert {"within", "reduced", "model"} <= set(" ".join(lines).split())
+    assert {"within", "Reduced", "model"} <= set(" ".join(lines).split())
     assert max(map(len, lines[:-1])) <= 40  # the path of the report is in one piece
