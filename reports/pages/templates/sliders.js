@@ -2,6 +2,18 @@
 const equipSliders = () => {
   const bars = [...document.querySelectorAll(".load-slider")];
   const moved = canvases.filter((canvas) => canvas.closest("figure")?.hasAttribute("data-loads"));
+  // One plot in a frame, those in sight first, and of several steps the last: dragging stays smooth.
+  let late = new Set();
+  const drawLate = () => {
+    const [canvas] = late;
+    late.delete(canvas);
+    draw(canvas);
+    if (late.size) requestAnimationFrame(drawLate);
+  };
+  const inSight = (canvas) => {
+    const place = canvas.getBoundingClientRect();
+    return place.bottom > 0 && place.top < window.innerHeight;
+  };
   const apply = () => {
     const changed = new Set();
     for (const bar of bars) {
@@ -14,7 +26,10 @@ const equipSliders = () => {
       if ((shownLoad.get(bar.dataset.scene) ?? labels.length - 1) !== place) changed.add(bar.dataset.scene);
       shownLoad.set(bar.dataset.scene, place);
     }
-    for (const canvas of moved) if (drawn.has(canvas) && changed.has(sceneOf(canvas))) draw(canvas);
+    const stale = moved.filter((canvas) => drawn.has(canvas) && changed.has(sceneOf(canvas)));
+    const idle = !late.size;
+    late = new Set([...stale.filter(inSight), ...stale, ...late]);
+    if (idle && late.size) requestAnimationFrame(drawLate);
   };
   for (const bar of bars) {
     bar.hidden = false;
