@@ -28,9 +28,8 @@ from numba import njit
 from reduced.arguments import choice_faults, positive_faults, refuse
 from reduced.errors import ConvergenceError
 from reduced.loads import LoadPath
-from reduced.profiles.section import Profile
 from reduced.springs.indent import continuum_radius
-from reduced.springs.line import Half, SmoothLine, Springs, part_moments, rise_and_slope
+from reduced.springs.line import SmoothLine, Springs, part_moments, rise_and_slope
 
 PENETRATION, FORCE = 0, 1
 FOLD_LEVEL = (0.25, 2.25)
@@ -53,20 +52,6 @@ class Pieces(NamedTuple):
     stop: np.ndarray
     radius: np.ndarray
     load: np.ndarray
-
-
-def half_line(profile: Profile, spacing: float, offset: float, largest: float) -> Half:
-    """Return springs at (i + offset) dx to beyond `largest`; the other half is the mirror image.
-
-    Beyond the tip and every breakpoint b the profile may rise as a fractional power of x - b, which
-    cubics approximate poorly near folds: knots at b + 4 dx/2^(k/2) are added there.
-    """
-    steps = 4 * spacing * 0.5 ** (np.arange(_GRADES) / 2)
-    marks = np.array([0.0, *(b for b in profile.breakpoints if b < largest)])
-    graded = np.concatenate([marks[1:], (marks[:, None] + steps).ravel()])
-    graded = graded[graded < min(profile.edge, largest + spacing)]
-    dense = replace(profile, breakpoints=tuple(map(float, graded)))
-    return SmoothLine(dense, spacing, offset, largest).halves[0]
 
 
 @njit(cache=True)
@@ -93,15 +78,6 @@ def characteristic(half, stretch, control, cell, s):
     if control == PENETRATION:
         return g - edge, slope - rate
     return a * (g - edge) - first, a * (slope - 3.0 * rate)
-
-
-@njit(cache=True)
-def _fold_function(half, cell, s):
-    """Return a g'(a)^2."""
-    width = half.x[cell + 1] - half.x[cell]
-    height = half.heights[cell + 1] - half.heights[cell]
-    _, slope = rise_and_slope(half.start[cell], half.end[cell], s)
-    return (half.x[cell] + s * width) * (slope * height / width) ** 2
 
 
 @njit(cache=True)
@@ -132,17 +108,20 @@ def cut(half, stretch, control):
         last = 0.0
         for j in range(len(marks) - 1):
             low, high = marks[j], marks[j + 1]
-            rising = _fold_function(half, i, high) > level
-            if (_fold_function(half, i, low) > level) == rising:
+            a, _, _, _, slope = evaluate(half, i, high)
+            rising = a * slope**2 > level
+            a, _, _, _, slope = evaluate(half, i, low)
+            if (a * slope**2 > level) == rising:
                 continue
             for _ in range(_STEPS):  # bisection for the fold
-                middle = 0.5 * (low + high)
-                if middle in (low, high):
+                place = 0.5 * (low + high)
+                if place in (low, high):
                     break
-                if (_fold_function(half, i, middle) > level) == rising:
-                    high = middle
+                a, _, _, _, slope = evaluate(half, i, place)
+                if (a * slope**2 > level) == rising:
+                    high = place
                 else:
-                    low = middle
+                    low = place
             place = 0.5 * (low + high)
             if last < place < 1.0:
                 cell.append(i)
@@ -180,39 +159,6 @@ def place_on(half, stretch, control, pieces, k, load):
         if abs(s - last) <= _EPSILON * s:
             break
     return s
-
-
-@njit(cache=True)
-def advance(pieces, k, load):
-    """Return the next stop of a growing contact from piece k: (piece, whether it is a fold).
-
-    It stops on the piece where the characteristic reaches the load, or at the end of a piece with a
-    fold below the load; the number of pieces is returned if the line ends first.
-    """
-    count = pieces.cell.size
-    while k < count:
-        if pieces.load[k + 1] >= load:
-            return k, False
-        rises = pieces.load[k + 1] > pieces.load[k]
-        if rises and k + 1 < count and pieces.load[k + 2] < pieces.load[k + 1]:
-            return k, True
-        k += 1
-    return count, False
-
-
-@njit(cache=True)
-def retreat(pieces, k, load):
-    """Return the next stop of a shrinking contact from node k: (piece, whether it is a fold).
-
-    The piece begins at a load of at most `load`, or in a fold; -1 if there is none up to the axis.
-    """
-    while k >= 0:
-        if pieces.load[k] <= load:
-            return k, False
-        if k > 0 and pieces.load[k - 1] > pieces.load[k]:
-            return k, True
-        k -= 1
-    return -1, False
 
 
 _CONTROLS = {"penetration": PENETRATION, "force": FORCE}
@@ -283,8 +229,6 @@ def adhere(springs: Springs, work: float, path: LoadPath) -> Adhesion:
     flat punch, dx^4 for other smooth profiles. The work of adhesion w is an energy per area;
     `per_radius` refers to the largest contact of the path; edges are "sub_cell".
 
-    Examples
-    --------
     >>> from reduced.profiles.equivalents import paraboloid
     >>> ball = adhere(Springs(paraboloid(1.0), 1.0), 0.1, LoadPath("force", [0.0, -1.0]))
     >>> [event.kind for event in ball.events]
@@ -364,7 +308,16 @@ class _Contact:
     ) -> None:
         self.modulus, self.control, self.spacing = springs.effective_modulus, control, spacing
         self.surface = np.pi * work / self.modulus  # times a^2: the surface energy over E*
-        self.half = half_line(springs.profile, spacing, springs.offset, reach)
+        # Beyond the tip and every breakpoint b the profile may rise as a fractional power of x - b,
+        # which cubics approximate poorly near folds: knots at b + 4 dx/2^(k/2) are added there
+        profile = springs.profile
+        steps = 4 * spacing * 0.5 ** (np.arange(_GRADES) / 2)
+        marks = np.array([0.0, *(b for b in profile.breakpoints if b < reach)])
+        graded = np.concatenate([marks[1:], (marks[:, None] + steps).ravel()])
+        graded = graded[graded < min(profile.edge, reach + spacing)]
+        dense = replace(profile, breakpoints=tuple(map(float, graded)))
+        # one half of the line; the other one is its mirror image
+        self.half = SmoothLine(dense, spacing, springs.offset, reach).halves[0]
         self.law = (self.half, 2 * self.surface, control)
         self.pieces = cut(*self.law)
         self.sharp = bool(self.half.x[-1] == springs.profile.edge)
@@ -382,30 +335,37 @@ class _Contact:
             self.piece, self.place = 0, 0.0
             if self.pieces.load[1] < self.pieces.load[0]:
                 self._spread("snap_in", State(0.0, 0.0, 0.0, 0.0), 0, 0.0)
-        # a contact that is too large shrinks, from fold to fold
+        # a contact that is too large shrinks from fold to fold, down to the load
+        loads = self.pieces.load
         fold = self.piece >= 0 and self._load() > goal
         while fold:
-            node, fold = retreat(self.pieces, self.piece, goal)
-            if not fold:
+            begins = loads[: self.piece + 1]
+            folds = np.append(-np.inf, begins[:-1]) > begins
+            stops = np.flatnonzero((begins <= goal) | folds)
+            node = int(stops[-1]) if stops.size else -1
+            if node < 0 or loads[node] <= goal:
                 self._settle(node, goal)
                 break
-            level = self.pieces.load[node]
+            level = loads[node]
             self.piece = node
             if not self._at_edge:
                 self.place = self.pieces.begin[node]
             before = self._state(level)
-            below = np.flatnonzero(self.pieces.load[:node] <= level)
+            below = np.flatnonzero(loads[:node] <= level)
             self._settle(int(below[-1]) if below.size else -1, level)
             self._note("jump" if self.piece >= 0 else "pull_off", before, level)
             fold = self.piece >= 0
-        # one that is too small grows
+        # one that is too small grows, likewise
         fold = self.piece >= 0 and not self._at_edge and self._load() < goal
         while fold:
-            piece, fold = advance(self.pieces, self.piece, goal)
-            if not fold:
+            ends, beyond = loads[self.piece + 1 :], np.append(loads[self.piece + 2 :], np.inf)
+            folds = (ends > loads[self.piece : -1]) & (ends > beyond)
+            stops = np.flatnonzero((ends >= goal) | folds)
+            piece = self.piece + int(stops[0]) if stops.size else self.pieces.cell.size
+            if not stops.size or loads[piece + 1] >= goal:
                 self._settle(piece, goal)
                 break
-            level = self.pieces.load[piece + 1]
+            level = loads[piece + 1]
             self.piece, self.place = piece, self.pieces.stop[piece]
             self._spread("jump", self._state(level), piece + 1, level)
             fold = not self._at_edge

@@ -192,8 +192,8 @@ class _Line:
             flow, state = _Flow(self, 1.0), _State(s, separation)
             rigid = np.zeros(s.size)
             for _ in range(_ROUNDS):
-                bands = flow.slopes(state, rigid, np.zeros(s.size))[0]
-                s = state.s - solve_banded((1, 1), bands, flow.balance(state, rigid))
+                mass, _, bands, _ = flow.equations(state, rigid, np.zeros(s.size))
+                s = state.s - solve_banded((1, 1), bands, mass)
                 settled, state = not ((s > 0) != (state.s > 0)).any(), _State(s, separation)
                 if settled:
                     break
@@ -226,9 +226,9 @@ class _Line:
         history: list[float] = []
         for _ in range(_ROUNDS):
             w, slope = self.springs(np.maximum(state.s, 0.0))
-            mass = flow.balance(state, w)
+            mass, scale, bands, by_separation = flow.equations(state, w, slope)
             force = float(w @ self.dx) / self.softness - share
-            error = max(float(np.abs(mass / flow.through(state, w)).max()), abs(force) / share)
+            error = max(float(np.abs(mass / scale).max()), abs(force) / share)
             if not history or error < min(history):
                 best = _State(state.s, state.separation, error)
             history.append(error)
@@ -237,7 +237,6 @@ class _Line:
                 return best
             if not error <= _LOST:
                 break
-            bands, by_separation = flow.slopes(state, w, slope)
             try:
                 part, answer = solve_banded((1, 1), bands, np.array([mass, by_separation]).T).T
             except np.linalg.LinAlgError:
@@ -301,73 +300,52 @@ class _Flow:
     before: _State | None = None
     earlier: _State | None = None
 
-    def balance(self, state: _State, w: np.ndarray) -> np.ndarray:
-        """Return what flows out of each cell, and what the thicker film keeps."""
-        line = self.line
-        h, p = line.faces(state, w), np.maximum(state.s, 0.0)
-        flow = self.speed * h - line.conductance * h**3 * _steps(p)
-        flow[1:] -= self.speed * np.maximum(-state.s, 0.0) * (line.gap + state.separation + w)
-        out = np.diff(flow)
-        if self.before is not None:
-            weights = self._weights(self.before.separation - state.separation)
-            out = out + self.approach * line.dx * (weights @ self._films(state, w))
-        return out
-
-    def slopes(
+    def equations(
         self, state: _State, w: np.ndarray, slope: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the three diagonals of the derivative by s, and that by the separation."""
-        line = self.line
-        h, full, p = line.faces(state, w), state.s > 0, np.maximum(state.s, 0.0)
-        by_h = self.speed - 3 * line.conductance * h**2 * _steps(p)
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return the balance of mass of the cells, its scale, and its derivatives.
+
+        Those are by s, three diagonals, and by the separation; `slope` is dw/dp.
+        """
+        line, speed, full = self.line, self.speed, state.s > 0
+        h, film = line.faces(state, w), line.gap + state.separation + w
+        p, vapour = np.maximum(state.s, 0.0), np.maximum(-state.s, 0.0)
+        steps = np.diff(np.concatenate([[0.0], p, [0.0]]))  # across the faces
         by_p = line.conductance * h**3
+        flow = speed * h - by_p * steps
+        flow[1:] -= speed * vapour * film
+        mass, through = np.diff(flow), p * (by_p[1:] + by_p[:-1])
+        by_h = speed - 3 * line.conductance * h**2 * steps
         before, after = by_h / 2, by_h / 2
         after[0] *= 2
         before[-1] *= 2
         # of each face by the s of the cells on its two sides
         left = np.where(full, by_p[1:] + before[1:] * slope, 0.0)
-        left += self.speed * np.where(full, 0.0, line.gap + state.separation + w)
+        left += speed * np.where(full, 0.0, film)
         right = np.where(full, -by_p[:-1] + after[:-1] * slope, 0.0)
         bands = np.array([right, left - right, -left])
-        by_h[1:] -= self.speed * np.maximum(-state.s, 0.0)
+        by_h[1:] -= speed * vapour
         by_separation = np.diff(by_h)
-        if self.before is not None:
-            fall = self.before.separation - state.separation
-            step, kept = 1e-6 * fall, self.approach * line.dx
-            own = self._weights(fall)[0]
-            turned = (self._weights(fall + step) - self._weights(fall - step)) / (2 * step)
-            bands[1] += kept * own * slope
-            by_separation = by_separation + kept * (own - turned @ self._films(state, w))
-        return bands, by_separation
+        if self.before is None or self.earlier is None:
+            return mass, speed * film + through, bands, by_separation
 
-    def through(self, state: _State, w: np.ndarray) -> np.ndarray:
-        """Return what flows through each cell, or is pressed out, the scale of its balance."""
-        line = self.line
-        driven = line.conductance * line.faces(state, w) ** 3
-        driven = np.maximum(state.s, 0.0) * (driven[1:] + driven[:-1])
-        if self.before is not None:
-            return self.approach * line.dx + driven
-        return self.speed * (line.gap + state.separation + w) + driven
-
-    def _films(self, state: _State, w: np.ndarray) -> np.ndarray:
-        past = (s for s in (self.before, self.earlier) if s is not None)
-        bodies = [self.line.springs(s.s)[0] + s.separation for s in past]
-        return self.line.gap + np.array([w + state.separation, *bodies])
-
-    def _weights(self, fall: float) -> np.ndarray:
-        """Return the weights of three films in a backward difference of second order, times V."""
-        assert self.before is not None
-        assert self.earlier is not None
+        # what the thicker film keeps: a backward difference of second order over three films
+        fall = self.before.separation - state.separation
         last = self.earlier.separation - self.before.separation
-        both = fall + last
-        return np.array(
-            [(fall + both) / (fall * both), -both / (fall * last), fall / (last * both)]
-        )
 
+        def weights(fall: float) -> np.ndarray:
+            both = fall + last
+            return np.array(
+                [(fall + both) / (fall * both), -both / (fall * last), fall / (last * both)]
+            )
 
-def _steps(p: np.ndarray) -> np.ndarray:
-    """Return differences of the pressure across the faces, zero beyond the ends."""
-    return np.diff(np.concatenate([[0.0], p, [0.0]]))
+        past = (line.springs(s.s)[0] + s.separation for s in (self.before, self.earlier))
+        films = line.gap + np.array([w + state.separation, *past])
+        step, kept, now = 1e-6 * fall, self.approach * line.dx, weights(fall)
+        turned = (weights(fall + step) - weights(fall - step)) / (2 * step)
+        bands[1] += kept * now[0] * slope
+        by_separation = by_separation + kept * (now[0] - turned @ films)
+        return mass + kept * (now @ films), kept + through, bands, by_separation
 
 
 def _edges(resolution: int, reach: float) -> np.ndarray:

@@ -143,17 +143,9 @@ class Step(NamedTuple):
     wet: float
 
 
-def _fresh_row(springs: int, law: SpringLaw) -> Row:
-    return Row(
-        np.zeros(springs, dtype=np.bool_),
-        np.zeros(springs),
-        np.zeros((springs, law.times.size)),
-        np.zeros((springs, law.retardations.size)),
-        np.zeros(springs),
-        np.zeros(springs),
-        np.zeros(springs - 1),
-        np.zeros(springs - 1),
-    )
+def _fresh_row(n: int, law: SpringLaw) -> Row:
+    shapes = n, (n, law.times.size), (n, law.retardations.size), n, n, n - 1, n - 1
+    return Row(np.zeros(n, dtype=np.bool_), *map(np.zeros, shapes))
 
 
 @njit(cache=True)

@@ -3,13 +3,10 @@
 In units of E* dx and of dx the force Phi(d) of a line is convex with slope l(d), the contact
 length. A prescribed force requires Phi(d) = F. A prescribed mean gap is a prescribed force on the
 line turned upside down, whose contacts are the open parts: n times the mean gap is its force, and
-no digits are lost near full contact. Short lines are sorted, which gives the roots directly
-(`_roots`): between two neighbouring depths the set of cells cut by the surface does not change, so
-that the contact length grows at a constant rate (or not at all for nodal sums) and the force is
-quadratic (linear) in d; one pass over the sorted depths covers all loads. Long lines start from
-sums on two ladders of levels, a coarse one and a fine one around the roots, and continue with
-Newton's method, which converges monotonically on a convex function. One walk along the line then
-measures the contacts.
+no digits are lost near full contact. Short lines are sorted: between two neighbouring depths the
+force is quadratic in d, linear for nodal sums, and one pass gives the roots for all loads
+(`_roots`). Long lines start from sums on two ladders of levels, a coarse one and a fine one around
+the roots, and continue with Newton's method. One walk along the line then measures the contacts.
 """
 
 from __future__ import annotations
@@ -309,64 +306,24 @@ def _add(total, carry, term):
 def _add_up(depth, levels, ends, out):
     """Compute force, contact length and its rate of growth at every level, in the first k rows.
 
-    Contacts need not be distinguished, so all levels that cut a cell are added in one step. Beside
-    them `out` (k + 1, 5) holds the whole cells and their heights, at their shallowest level.
+    Contacts need not be distinguished: every cell, or whole spring, is added to the shallowest
+    level fully in contact, in the last columns of `out` (k + 1, 5), and to all that cut it.
     """
-    out[: levels.size + 1] = 0.0
-    if ends.sub_cell:
-        _cut_cells(depth, levels, ends.periodic, out)
-    else:
-        _whole_springs(depth, levels, out)
-    count = total = 0.0
-    for j in range(levels.size):
-        count += out[j, _CELLS]
-        total += out[j, _TOTAL]
-        out[j, _PHI] += count * levels[j] - total
-        out[j, _LENGTH] += count
-
-
-@njit(cache=True)
-def _whole_springs(depth, levels, out):
-    """Add every spring to the shallowest level at which it is in contact."""
-    k, level = levels.size, 0
-    lower, upper = -np.inf, levels[0]
-    count = total = 0.0
-    for i in range(depth.size):
-        z = depth[i]
-        if z < lower or z >= upper:
-            out[level, _CELLS] += count
-            out[level, _TOTAL] += total
-            count = total = 0.0
-            while level > 0 and levels[level - 1] > z:
-                level -= 1
-            while level < k and levels[level] <= z:
-                level += 1
-            lower = levels[level - 1] if level > 0 else -np.inf
-            upper = levels[level] if level < k else np.inf
-        count += 1.0
-        total += z
-    out[level, _CELLS] += count
-    out[level, _TOTAL] += total
-
-
-@njit(cache=True, error_model="numpy")
-def _cut_cells(depth, levels, periodic, out):
-    """Add every cell to the shallowest level fully in contact, and to all that cut it."""
     n, k = depth.size, levels.size
+    out[: k + 1] = 0.0
     # The walk starts with the cell across the seam, or half a flat cell at a free end.
-    y = depth[n - 1]
+    first, y = 0, depth[n - 1]
+    if ends.sub_cell and not ends.periodic:
+        for y in (depth[n - 1], depth[0]):
+            level = np.searchsorted(levels, y, side="right")
+            out[level, _CELLS] += 0.5
+            out[level, _TOTAL] += 0.5 * y
+        first = 1
     level = np.searchsorted(levels, y, side="right")
-    if not periodic:
-        out[level, _CELLS] += 0.5
-        out[level, _TOTAL] += 0.5 * y
-        y = depth[0]
-        level = np.searchsorted(levels, y, side="right")
-        out[level, _CELLS] += 0.5
-        out[level, _TOTAL] += 0.5 * y
     lower = levels[level - 1] if level > 0 else -np.inf
     upper = levels[level] if level < k else np.inf
     count = total = 0.0
-    for i in range(0 if periodic else 1, n):
+    for i in range(first, n):
         z = depth[i]
         if z < lower or z >= upper:
             out[level, _CELLS] += count
@@ -377,20 +334,29 @@ def _cut_cells(depth, levels, periodic, out):
                 level -= 1
             while level < k and levels[level] <= z:
                 level += 1
-            top, inverse = min(y, z), 1.0 / abs(z - y)
-            for j in range(min(old, level), max(old, level)):
-                deflection = levels[j] - top
-                part = deflection * inverse
-                out[j, _PHI] += 0.5 * deflection * part
-                out[j, _LENGTH] += part
-                out[j, _RATE] += inverse
-            out[max(old, level), _CELLS] += 1.0
-            out[max(old, level), _TOTAL] += 0.5 * (y + z)
+            if ends.sub_cell:
+                top, inverse = min(y, z), 1.0 / abs(z - y)
+                for j in range(min(old, level), max(old, level)):
+                    deflection = levels[j] - top
+                    part = deflection * inverse
+                    out[j, _PHI] += 0.5 * deflection * part
+                    out[j, _LENGTH] += part
+                    out[j, _RATE] += inverse
+                out[max(old, level), _CELLS] += 1.0
+                out[max(old, level), _TOTAL] += 0.5 * (y + z)
             lower = levels[level - 1] if level > 0 else -np.inf
             upper = levels[level] if level < k else np.inf
-        else:
-            count += 1.0
-            total += 0.5 * (y + z)
+            if ends.sub_cell:
+                y = z
+                continue
+        count += 1.0
+        total += 0.5 * (y + z) if ends.sub_cell else z
         y = z
     out[level, _CELLS] += count
     out[level, _TOTAL] += total
+    count = total = 0.0
+    for j in range(k):
+        count += out[j, _CELLS]
+        total += out[j, _TOTAL]
+        out[j, _PHI] += count * levels[j] - total
+        out[j, _LENGTH] += count
