@@ -9,10 +9,9 @@ a line over its springs and say how fast these springs' places wear at a penetra
 
 A body of revolution that loses w(r) changes its line by x int_0^x w'(r)/sqrt(x^2 - r^2) dr (Popov
 & Hess 2015, ch. 3). Here w is straight between the outer rims of rings, one for each spring, flat
-in the first, and a spring feels the mean of the line over its own width. The work of the springs
-against a small wear, done by the pressure, makes the pressure: the exact one of the half-space but
-for the width of the rings, and exactly as much force as the springs'. A ring acts on its own spring
-and those further out, so springs that stick stay unworn.
+in the first, and a spring feels the mean of the line over its own width. The pressure is the one
+whose work against a small wear is that of the springs: it has exactly their force. A ring acts on
+its own spring and those further out, so springs that stick stay unworn.
 """
 
 from __future__ import annotations

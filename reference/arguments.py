@@ -11,8 +11,6 @@ import numpy as np
 def positive_faults(**values: object) -> list[str]:
     """Return a message for every number that is not positive and finite.
 
-    Examples
-    --------
     >>> positive_faults(mass=-1.0, load=2.0)
     ['mass must be positive and finite, not -1.0']
     """
@@ -56,8 +54,6 @@ def count_faults(least: int, **values: float) -> list[str]:
 def choice_faults(name: str, value: object, known: Collection[object]) -> list[str]:
     """Return a message if a value is not among the choices.
 
-    Examples
-    --------
     >>> choice_faults("order", 3, (1, 2))
     ['order must be 1 or 2, not 3']
     """

@@ -47,8 +47,6 @@ def lame_parameters(poisson_ratio: float) -> tuple[float, float]:
 
     ``lambda = nu / ((1 + nu)(1 - 2 nu))``, ``mu = 1 / (2 (1 + nu))`` (Johnson 1985, app. 1).
 
-    Examples
-    --------
     >>> lame_parameters(0.25)
     (0.4, 0.4)
     """
@@ -67,8 +65,6 @@ def von_mises(stress: NDArray[np.float64]) -> NDArray[np.float64]:
 
     Those of an axisymmetric body have one shear stress (..., 4): rr, zz, tt, rz.
 
-    Examples
-    --------
     >>> float(von_mises(np.array([-3.0, 0.0, 0.0, 0.0, 0.0, 0.0])))
     3.0
     """
@@ -80,8 +76,6 @@ def von_mises(stress: NDArray[np.float64]) -> NDArray[np.float64]:
 def largest_shear(stress: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return ``(s_1 - s_3)/2`` of stresses (..., 6) in the order xx, yy, zz, yz, xz, xy.
 
-    Examples
-    --------
     >>> float(largest_shear(np.array([-3.0, 0.0, 0.0, 0.0, 0.0, 0.0])))
     1.5
     """

@@ -77,8 +77,6 @@ def self_affine(
     `points` and `size` are those of the sides (nx, ny) and (Lx, Ly), or one for both; three
     numbers >= 0 fix the phases. Heights have zero mean and are positive towards the half-space.
 
-    Examples
-    --------
     >>> h = self_affine(32, 1.0, SelfAffine(hurst=0.8, rms_slope=0.1), seed=1, realisation=0)
     >>> h.shape, round(rms_gradient_spectral(h, (1 / 32, 1 / 32)), 12)
     ((32, 32), 0.1)

@@ -71,8 +71,6 @@ def roll(
     Creeps are fractions of any sign, shape (k,) or numbers. `per_radius` springs roll to either
     side of the middle, the ends of the contact among them. The load is one penetration or force.
 
-    Examples
-    --------
     A parabola at half the creep of full slip, 1 - 1/8:
 
     >>> from reduced.profiles.equivalents import paraboloid

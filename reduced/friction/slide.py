@@ -5,19 +5,16 @@ force would exceed mu times its normal force (19.19; Popov & Hess 2015, sec. 5.2
 load is constant along any path of tangential force or displacement; `stick_slip` also permits
 changes of the penetration.
 
-The model neglects the coupling of normal and tangential displacements, unless the two
-bodies are elastically similar (Dundurs' second constant zero; a rigid body on an incompressible
-one), and slip transverse to the load, which occurs on a half-space for nu > 0. Apart from both
-effects it is exact for every body of revolution (Jaeger 1995).
+Exact for every body of revolution, but for the coupling of normal and tangential displacements and
+slip across the load (Jaeger 1995; docs/tangential-contact.md).
 
-Memory: every spring sticks up to its friction limit and then keeps this force, a stop operator with
-the threshold w(x) = d - g(x). A row of springs is a Prandtl-Ishlinskii model, determined by its
-first loading curve phi: after a reversal every spring needs twice its threshold, so the force
-changes from the turning point by 2 phi(half the displacement) (Masing 1926); a closed loop is
-forgotten, and the interrupted curve continues (Madelung's rules; Visintin, *Differential Models of
-Hysteresis*, 1994, sec. III); force and displacement may be exchanged, because phi increases. With
-w = G* u/(mu E*) and T = F_x/(mu E*), phi(w) = N(d) - N(d - w), N = F/E* the normal law of the same
-springs (Jaeger 1995; Ciavarella 1998; Popov & Hess 2015, sec. 5.3).
+A row of springs is a Prandtl-Ishlinskii model, determined by its first loading curve phi: after a
+reversal every spring needs twice its threshold w(x) = d - g(x), so the force changes from the
+turning point by 2 phi(half the displacement) (Masing 1926); a closed loop is forgotten, and the
+interrupted curve continues (Madelung's rules; Visintin, *Differential Models of Hysteresis*, 1994,
+sec. III); force and displacement may be exchanged, because phi increases. With w = G* u/(mu E*) and
+T = F_x/(mu E*), phi(w) = N(d) - N(d - w), N = F/E* the normal law of the same springs (Jaeger 1995;
+Ciavarella 1998; Popov & Hess 2015, sec. 5.3).
 """
 
 from __future__ import annotations
@@ -145,8 +142,6 @@ def slide_lines(
     The springs are those of `rough.press.press`: with ``"sub_cell"`` the line is straight between
     its points, and edges of contact and of stick are exact for that line. Path as for `slide`.
 
-    Examples
-    --------
     >>> tent = RoughLines([0.0, 1.0, 0.0, 0.0], 1.0)
     >>> path = slide_lines(tent, 1.0, Friction(0.8, 0.5), Load("penetration", 0.5),
     ...                    LoadPath("tangential_displacement", 9.0))

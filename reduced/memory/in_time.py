@@ -85,8 +85,6 @@ def indent_in_time(springs: RelaxingSprings, time: ArrayLike, path: LoadPath) ->
     body the depth starts as t^(2/3), so the times should be graded: `graded_times`.) Under force
     `per_radius` refers to the largest depth of the history for a contact that never shrinks.
 
-    Examples
-    --------
     >>> from reduced.profiles.equivalents import paraboloid
     >>> from reduced.memory.materials import prony
     >>> ball = RelaxingSprings(paraboloid(1.0), prony(0.0, [0.25], [1.0]))
@@ -235,8 +233,6 @@ def impact(
 
     Raises ConvergenceError if the body does not rebound within 200 times the elastic duration.
 
-    Examples
-    --------
     >>> from reduced.profiles.equivalents import paraboloid
     >>> from reduced.memory.materials import prony
     >>> elastic = RelaxingSprings(paraboloid(1.0), prony(1.0))

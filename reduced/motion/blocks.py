@@ -208,11 +208,8 @@ def integrate(
       step is stable. Each step is a strictly convex problem, solved block by block to round-off;
       for v0 -> 0 it becomes the step of Moreau and Jean for Coulomb's law.
 
-    Every operation is homogeneous and every tolerance relative, so units do not matter. Position
-    and velocity, shape (n,), are those at t = 0.
+    Position and velocity, shape (n,), are those at t = 0.
 
-    Examples
-    --------
     >>> resting = Blocks(1.0, 1.0, load=0.5)  # it creeps at v0 tan(pi/4)
     >>> slow = integrate(resting, 1e-3, Stepping(1.0, 100))
     >>> round(float(slow.velocity[-1, 0]), 12)

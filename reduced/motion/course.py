@@ -180,11 +180,8 @@ def move(
       second order, stable for any step, and conserves m v^2/2 + U - f x to round-off (Gonzalez
       1996), so that an elastic impact has no loss at any step.
 
-    Damping acts by its exact factor exp(-c h/(2 m)) before and after every step. Every operation is
-    homogeneous and every tolerance relative, so units do not matter.
+    Damping acts by its exact factor exp(-c h/(2 m)) before and after every step.
 
-    Examples
-    --------
     >>> from reduced.motion.elastic_impact import spring_contact
     >>> from reduced.profiles.equivalents import cylinder
     >>> from reduced.springs.line import Springs

@@ -49,8 +49,6 @@ class SpringContact:
 def spring_contact(springs: Springs, deepest: float) -> SpringContact:
     """Return a profile on springs for penetrations up to `deepest`, to which `per_radius` refers.
 
-    Examples
-    --------
     >>> from reduced.profiles.equivalents import paraboloid
     >>> ball = spring_contact(Springs(paraboloid(1.0), 1.0), 0.25)
     >>> force, energy, stiffness = ball.respond(0.25)
@@ -120,8 +118,6 @@ def strike(springs: Springs, mass: float, velocity: ArrayLike, load: float = 0.0
     Velocities at first touch are positive and strictly increasing, shape (k,); the springs are
     sized for the largest. The load f >= 0 is constant (the weight).
 
-    Examples
-    --------
     >>> from reduced.profiles.equivalents import paraboloid
     >>> hertz = strike(Springs(paraboloid(1.0), 1.0), 1.0, 1e-3)
     >>> round(float(hertz.duration[0] * 1e-3 / hertz.penetration[0]), 4)  # Hertz: 2.9432 d/v

@@ -67,8 +67,7 @@ def invert(
 
     Newton's method in logarithms (exact for a power law) inside a shrinking bracket; if a step
     leaves the bracket or is more than half of the previous step, the interval is bisected. The
-    roots are good to about two units in the last place, and at most `end`. The search for a bracket
-    starts at `length`; all operations are relative, so the units do not matter.
+    roots are good to about two units in the last place, and at most `end`.
     """
     # bracket the roots, by doubling or halving from `length`
     upper = np.full(value.shape, float(min(length, end)))

@@ -115,8 +115,6 @@ def press_ensemble(
     Lines are processed in blocks of at most 64 MiB; only the requested curves grow with the number
     of realisations.
 
-    Examples
-    --------
     >>> from reduced.rough.line_spectrum import prescribed
     >>> from reduced.rough.surface_spectrum import SelfAffine
     >>> line = prescribed(64, 1.0, SelfAffine(hurst=0.8, rms_slope=0.1))

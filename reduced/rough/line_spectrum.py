@@ -96,13 +96,9 @@ def line_of(surface: SurfaceSpectrum, rule: str = "rings") -> LineSpectrum:
       that <h^2> and <|grad h|^2> are both conserved exactly; the curvature is high by O(1/k^2).
       Not in the chapter.
     - ``"printed"``: C1D = pi q C2D (19.26) with the ring average of C2D (Problem 1, steps 3 and
-      4), sampled at the modes below the Nyquist wavenumber of the coarser direction, beyond
-      which rings are incomplete. <h^2> is not conserved: ring 1 has 8 modes instead of 2 pi,
-      and a steep spectrum varies across it.
+      4), at the modes whose rings are complete. <h^2> is not conserved.
 
-    The period is the longer side L: with the wider rings of the shorter side, modes along the
-    longer side would be lost in the mean. Rings include all modes, also those in the corners
-    beyond the Nyquist wavenumber of one direction.
+    The period is the longer side L, in whose rings no mode is lost; corner modes are included.
     """
     refuse(choice_faults("rule", rule, RULES))
     if rule == "printed":

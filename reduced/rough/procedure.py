@@ -72,8 +72,6 @@ def calculate(
     follow. Step 6, sliding, is not part of this. The result depends on L/lambda_l and
     lambda_l/lambda_s: a line of another length with the same nominal pressure gives another area.
 
-    Examples
-    --------
     >>> from reduced.rough.surface_spectrum import measured
     >>> h = np.random.default_rng(0).normal(size=(16, 16))
     >>> result = calculate(measured(h, 1.0), 1.0, 0.1, sampling=Sampling(3))

@@ -1,20 +1,19 @@
 """Problem 1 of the chapter, corrected: time stepping of a rough line under Kelvin-Voigt springs.
 
-Gaps and errors of the print (`printed` follows it literally), and their corrections:
+What the print says (`printed` follows it literally), and what is done here:
 
 - Step 10 starts without contact if no point is 3 rms high, its forces lack dx, and z_i is
-  undefined: here the line is pressed on at rest, in equilibrium with the relaxed springs.
+  undefined: the line is pressed on at rest, in equilibrium with the relaxed springs.
 - Step 11 sets dt = dx/v, step 12 relaxes by an explicit step, unstable for G dt/eta > 2 and hence
-  in slow sliding: here relaxation is exact for steps of any length.
-- Free springs relax towards the level but do not move with it: here w = z - Z0 relaxes.
-- The level is shifted for the springs in contact before the shift, which then pull or overlap: here
-  the contact set is that of the new level, and the force of the step is met exactly. N = 0, a
-  division by zero in the print, is not a special case.
+  in slow sliding: relaxation is exact for steps of any length, and w = z - Z0 relaxes, so that free
+  springs move with the level.
+- The level is shifted for the springs in contact before the shift, which then pull or overlap, and
+  N = 0 divides by zero: the contact set is that of the new level, which meets the force exactly.
 - Step 13 multiplies by the line's central difference, which is not the slope along which the spring
-  moves: here the work of the contact forces over the distance.
+  moves: the friction is the work of the contact forces over the distance.
 
-The mean over the step equals the prescribed force. For steps of one cell the mean is an integral
-over the cell, so the limiting state is that of `steady.slide` on the same line.
+The mean over the step equals the prescribed force: with steps of one cell the limiting state is
+that of `steady.slide` on the same line.
 
 A spring has the length w = z - Z0, at least that of free relaxation: w is the running maximum of
 the line's height above the level, with values decaying as exp(-t/tau). Contacts begin and end at

@@ -75,8 +75,6 @@ def slide_as_printed(
     points in contact. Step 13 takes the forces after the shift, which add up to F_N, and the line's
     central difference.
 
-    Examples
-    --------
     >>> from reduced.memory.materials import kelvin_voigt
     >>> line = RoughLines(0.01 * np.cos(2 * np.pi * np.arange(64) / 64), 1 / 64)
     >>> slide_as_printed(line, kelvin_voigt(1.0, 1.0), 1.0, 0.01, steps=10).outcome

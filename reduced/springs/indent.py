@@ -37,11 +37,8 @@ class Indentation:
 def indent(springs: Springs, load: Load) -> Indentation:
     """Solve the contact of a profile on springs, for all penetrations or forces at once.
 
-    A prescribed force is met by the discrete law, not by its continuum limit. Every operation is
-    homogeneous in length and modulus and every tolerance relative, so units do not matter.
+    A prescribed force is met by the discrete law, not by its continuum limit.
 
-    Examples
-    --------
     >>> from reduced.profiles.equivalents import paraboloid
     >>> hertz = indent(Springs(paraboloid(1.0), 1.0), Load("penetration", [0.25, 1.0]))
     >>> np.round(hertz.force, 6)  # (4/3) E* sqrt(R) d^1.5

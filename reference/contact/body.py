@@ -14,9 +14,7 @@ half the time of double.
 
 Of T only q_x, q_y >= 0 are kept. A large field is transformed in blocks: rows into one array of
 modes, there some columns at a time forth and back, as many as the cache holds, and rows of it into
-the result. Padding exists in one block at a time, and the modes are all that is held beside field
-and result: 4 bytes per cell of a periodic field in single precision, 8 in double; twice that of a
-free one.
+the result. Padding exists in one block at a time, and the modes are all that is held besides.
 """
 
 from __future__ import annotations
@@ -225,8 +223,6 @@ class Convolution:
     `rfft2`, and even in both wavenumbers: rows beyond padded[0]//2 are not read, and not kept. The
     dtype, float32 or float64, is that of fields, transforms and result.
 
-    Examples
-    --------
     >>> one_cell_on = np.exp(-2j * np.pi * np.fft.fftfreq(6))[:, None].real * np.ones((1, 3))
     >>> neighbours = Convolution((6, 4), (6, 4), one_cell_on, np.float64)
     >>> field = np.zeros((6, 4))

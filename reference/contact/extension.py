@@ -41,8 +41,6 @@ _REORDER = {"reassoc", "contract", "nsz"}
 class Extension:
     """Continuation of fields known on some cells of a grid to a period that contains it.
 
-    Examples
-    --------
     A constant remains one, and the transpose conserves sums:
 
     >>> extension = Extension((4, 6), (5, 6), np.float64)

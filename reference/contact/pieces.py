@@ -32,8 +32,6 @@ class _Threads:
 def threads(number: int) -> Iterator[None]:
     """Share the pieces of large fields among some threads.
 
-    Examples
-    --------
     >>> with threads(2):
     ...     over(4, 2, lambda part: part)
     [slice(0, 2, None), slice(2, 4, None)]

@@ -597,8 +597,6 @@ def certify(
     where contact is impossible, relative to the mean in contact; a missed force or penetration,
     relative to it.
 
-    Examples
-    --------
     A pressure one per cent too large raises the clearance in contact by as much of the penetration:
 
     >>> import numpy as np

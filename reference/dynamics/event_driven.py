@@ -212,14 +212,11 @@ def _in_natural_units(
 
 
 class Guard(NamedTuple):
-    """A linear function of the state, row z, that is positive during a phase.
-
-    Below zero the block starts to slide in the direction `sense`, or comes to rest: 0.
-    """
+    """A linear function of the state, row z, that is positive during a phase."""
 
     row: Array
     block: int
-    sense: int
+    sense: int  # direction in which the block starts to slide below zero; 0: it comes to rest
 
 
 class Event(NamedTuple):

@@ -69,8 +69,6 @@ class CohesiveLaw:
 def exponential(work: float, reach: float) -> CohesiveLaw:
     """Return the smooth law sigma = (w/rho) exp(-h/rho) (Rey, Anciaux & Molinari 2017).
 
-    Examples
-    --------
     >>> law = exponential(2.0, 0.5)
     >>> float(law.tension(np.array(0.0)))
     4.0
@@ -335,25 +333,21 @@ class CohesivePath:
         at the end.
         """
         curve = self._load(control)
-        place = (curve.size - 2, 1.0)
+        place = last = (curve.size - 2, 1.0)
         places = []
         for load in np.asarray(loads, dtype=float):
             i, part = place
             now = curve[i] + part * (curve[i + 1] - curve[i])
-            if load > now:
-                ahead = np.flatnonzero(curve[: i + 1] >= load)
-                place = self._between(curve, int(ahead[-1]), load) if ahead.size else (0, 0.0)
-            elif load < now:
-                ahead = np.flatnonzero(curve[i + 1 :] <= load)
-                last = (curve.size - 2, 1.0)
-                place = self._between(curve, i + int(ahead[0]), load) if ahead.size else last
+            if load != now:
+                # the next segment with this load, and the fraction of it
+                ahead = np.flatnonzero(curve[: i + 1] >= load)[::-1]
+                if load < now:
+                    ahead = i + np.flatnonzero(curve[i + 1 :] <= load)
+                place = (0, 0.0) if load > now else last
+                for at in ahead[:1].tolist():
+                    place = at, float((load - curve[at]) / (curve[at + 1] - curve[at]))
             places.append(place)
         return places
-
-    @staticmethod
-    def _between(curve: Field, i: int, load: float) -> tuple[int, float]:
-        """Return segment i and the fraction of it at which linear interpolation gives the load."""
-        return i, float((load - curve[i]) / (curve[i + 1] - curve[i]))
 
     def _load(self, control: str) -> Field:
         if control not in ("force", "penetration"):

@@ -108,8 +108,6 @@ def peel(
     than stable. `rule` calibrates the tension, see the module; the tolerance is the relative
     residual of the displacement. The path ends at the fraction `until` of the cells, in [0, 1).
 
-    Examples
-    --------
     >>> from reference.halfspace import FreeOperator
     >>> K = FreeOperator((1, 1), (1.0, 1.0), 1.0)
     >>> cell = peel(K, [[0.0]], [[True]], 1.0)

@@ -193,8 +193,6 @@ def sweep(
     The tolerance is the largest `violation` and `error`; `max_rounds` limits the rounds of
     normal and tangential problems in a step.
 
-    Examples
-    --------
     Cattaneo (1938): F_x = 7/8 mu F leaves a stick circle of half the contact radius.
 
     >>> import numpy as np

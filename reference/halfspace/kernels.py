@@ -45,18 +45,14 @@ def love(
                 + d ln[(b + sqrt(b^2+d^2)) / (a + sqrt(a^2+d^2))],
 
     A. E. H. Love, Phil. Trans. R. Soc. A 228 (1929) 377; K. L. Johnson, Contact Mechanics (1985),
-    eq. (3.25); the chapter's (19.3). The chapter prints sqrt(a^2+b^2) in the first term, without
-    effect on nearest neighbours but with +466 % at offset (5, 7), and closes the bracket before the
-    last two terms. Here the logarithms are log1p of rationalised ratios, so that neither negative
-    arguments nor far cells cause cancellation; beyond 16 cell sides, the integral of 1/r over the
-    cell is evaluated by 4 x 4 Gauss points. Relative error below 1e-12 at any distance for aspect
-    ratios of the cell up to 1:100 (tested against 50 digits).
+    eq. (3.25); the chapter's (19.3), which is misprinted (docs/half-space.md). Relative error below
+    1e-12 at any distance for aspect ratios of the cell up to 1:100 (tested against 50 digits): the
+    logarithms are log1p of rationalised ratios, and beyond 16 cell sides 4 x 4 Gauss points
+    integrate 1/r.
 
     Offsets i, j are in cells, broadcast, of either sign. Fractions give points between the
     centres.
 
-    Examples
-    --------
     >>> import numpy as np
     >>> own = love(0, 0, (1.0, 1.0), 1.0)
     >>> bool(np.isclose(own, 4 * np.log(1 + np.sqrt(2)) / np.pi, rtol=1e-15))
@@ -135,12 +131,10 @@ def periodic(
     r"""Return T of the periodic half-space, u^(q) = T(q) p^(q), on the modes of `rfft2`.
 
     ``"continuum"``: T = 2/(E*|q|) (Johnson 1985, ch. 13): the pressure is the band-limited
-    function through the cell values. ``"cells"``: the pressure is uniform on cells and the
-    displacement is evaluated at the cell centres, exactly Love's discretisation summed over all
-    periodic
-    images: T = sum over G of 2/(E*|q+G|) sinc((q+G)_x dx/2) sinc((q+G)_y dy/2), with G running over
-    the aliases (2 pi m/dx, 2 pi n/dy). The sum alternates and is smoothly windowed at |m| = 24,
-    with a relative error below 1e-10 (2e-11 in tests).
+    function through the cell values. ``"cells"``: Love's cells summed over all periodic images,
+    T = sum over G of 2/(E*|q+G|) sinc((q+G)_x dx/2) sinc((q+G)_y dy/2), with G running over the
+    aliases (2 pi m/dx, 2 pi n/dy). The sum alternates and is smoothly windowed at |m| = 24, with a
+    relative error below 1e-10.
 
     The q = 0 term is zero in both: the displacement has zero mean, the datum of the periodic
     problem.
@@ -256,8 +250,6 @@ class FreeOperator(ElasticBody):
 
     Of cells (nx, ny) of sides (dx, dy), and E*, in consistent units.
 
-    Examples
-    --------
     >>> import numpy as np
     >>> K = FreeOperator((3, 3), (1.0, 1.0), 1.0)
     >>> u = K.apply(np.ones((3, 3)))

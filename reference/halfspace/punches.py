@@ -6,18 +6,12 @@ pressure, and cells at the outline are more compliant under their own pressure:
 
 u_i + c (dx/E*) (1/phi_i - 1) p_i = d  on all cells with phi_i > 0,   u = K p,
 
-p_i the force on the cell over the whole area of the cell. The law of the extra compliance is not a
-fit: for a straight edge along the grid and c = 1.7243 the face acts, at every phi, as one whose
-edge is 0.17465 dx inside the true one, as whole cells do for a face that ends between two cells
-(phi = 1). Both numbers are limits of wide strips (2-D, Toeplitz matrices of 50 to 1600 cells;
-`tests/reference/test_halfspace_punches.py` verifies them). Because the edge is displaced by the
-same fraction of a cell everywhere, the caller moves it outwards by that fraction (`EDGE_OFFSET` dx)
-before computing areas, which removes the first-order error, -17 % dx/a of the stiffness.
-Differences for oblique edges and corners remain.
-
-Measured errors for 32, 64, 128 cells across, at any angle and offset of the grid: disc 1e-4, 9e-5,
-5e-5; ellipse 2:1 6e-5, 9e-5, 7e-5; square 2e-4, 2e-4, 5e-5; equilateral triangle 6e-4, 2e-4, 1e-4.
-Extrapolation in the cell size does not help, because the scatter is as large as the trend.
+p_i the force on the cell over the whole area of the cell. For a straight edge along the grid and
+c = 1.7243 the face acts, at every phi, as one whose edge is 0.17465 dx inside the true one: limits
+of wide strips (2-D, Toeplitz matrices; `tests/reference/test_halfspace_punches.py`). The caller
+moves the outline outwards by that fraction of a cell (`EDGE_OFFSET`) before computing areas, which
+removes the first-order error, -17 % dx/a of the stiffness. Oblique edges and corners leave 2e-4
+(docs/half-space.md) with so much scatter that extrapolation does not help.
 """
 
 from __future__ import annotations
@@ -40,8 +34,8 @@ Field = NDArray[np.float64]
 # Extra compliance of an edge cell in units of (1/phi - 1) dx/E*, and the resulting edge offset.
 EDGE_COMPLIANCE = 1.7243
 EDGE_OFFSET = 0.17465
-# Uncertainty of the offset for edges at any angle and position, in cells (95 %), from the
-# measurements above, with a largest error of 0.006 dx/a of the stiffness.
+# Uncertainty of the offset for edges at any angle and position, in cells (95 %): discs, ellipses,
+# squares and triangles err by 0.006 dx/a of the stiffness at most.
 EDGE_SCATTER = 0.01
 # The same of ellipses, whose outlines have all angles: 240 of aspects 1 to 3.2, of 6 to 40 cells to
 # sqrt(ab), half of them turned and shifted, err by less than 0.0035 dx/sqrt(ab) in 95 %, by 0.006
@@ -108,8 +102,6 @@ def respond(
     The operator has square cells, of which the fraction phi (nx, ny) lies under the face, 0 to
     1. The tolerance is the largest relative error of the displacement.
 
-    Examples
-    --------
     One fully covered cell, k = pi E* dx/(4 ln(1 + sqrt 2)):
 
     >>> K = FreeOperator((1, 1), (1.0, 1.0), 1.0)
@@ -188,8 +180,6 @@ def pair_force(distance: float, cells: int) -> float:
 
     `distance` is s/a, centre distance over radius, more than 2; `cells` those per radius.
 
-    Examples
-    --------
     >>> round(pair_force(20.0, 8), 3), round(1 / (1 + 2 / (np.pi * 20)), 3)
     (0.969, 0.969)
     """
@@ -219,8 +209,6 @@ def array_force(distance: float, per_side: int) -> float:
 
     `distance` is s/a, at least 3; at most 80 punches lie along a side of the array.
 
-    Examples
-    --------
     >>> array_force(20.0, 1)
     1.0
     """

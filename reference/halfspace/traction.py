@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -39,8 +39,6 @@ _RIM = 8
 class Compliance:
     """Elastic constants of a half-space under a rigid body.
 
-    Examples
-    --------
     >>> steel = Compliance.of(80.0, 0.25)
     >>> round(steel.effective_modulus, 9), round(steel.tangential_modulus, 9)
     (213.333333333, 182.857142857)
@@ -169,10 +167,10 @@ class NormalAndTangential:
 
     def restrict(self, shape: tuple[int, int]) -> NormalAndTangential:
         """Return the same free body on a smaller rectangle of cells (cached)."""
-        return self if shape == self.shape else window(self._parts, shape, self._part)
-
-    def _part(self, shape: tuple[int, int]) -> NormalAndTangential:
-        return NormalAndTangential(shape, self.spacing, self.compliance)
+        if shape == self.shape:
+            return self
+        part = partial(NormalAndTangential, spacing=self.spacing, compliance=self.compliance)
+        return window(self._parts, shape, part)
 
     def free_coefficients(self) -> Cerruti:
         """Displacements by tractions on a cell of the free half-space, at offsets from zero on."""
@@ -239,9 +237,6 @@ class NormalAndTangential:
         table: Fields = fft.irfft2(np.array([t.xx, t.yy, t.xy]), self.padded, workers=1)
         return table
 
-    def _forward(self, fields: Fields) -> NDArray[np.complex128]:
-        return fft.rfft2(fields, s=self.padded, axes=(-2, -1), workers=1)
-
     def _back(self, modes: NDArray[np.complex128]) -> Fields:
         nx, ny = self.shape
         field = fft.irfft2(modes, s=self.padded, axes=(-2, -1), workers=1, overwrite_x=True)
@@ -254,13 +249,13 @@ class NormalAndTangential:
     def lift(self, traction: Fields) -> Field:
         """Return the normal displacement (nx, ny), inwards, under tangential tractions."""
         t = self._transfer
-        along, across = self._forward(traction)
+        along, across = fft.rfft2(traction, s=self.padded, axes=(-2, -1), workers=1)
         return self._back(1j * (t.x * along + t.y * across))
 
     def drag(self, pressure: Field) -> Fields:
         """Return the tangential displacement (2, nx, ny) under a pressure."""
         t = self._transfer
-        modes = -1j * self._forward(pressure)
+        modes = -1j * fft.rfft2(pressure, s=self.padded, workers=1)
         return self._back(np.array([t.x * modes, t.y * modes]))
 
     @cached_property

@@ -55,8 +55,6 @@ class RoundStep:
 class RoundContact:
     """A rigid body of revolution on a stack of layers.
 
-    Examples
-    --------
     A paraboloid of radius 1, g = x^2, on a half-space is Hertz's:
 
     >>> from reference.elasticity import Material
@@ -202,8 +200,6 @@ class GradedContact:
     d = kappa c a^n, and F is the integral of c_N |x/c0|^k (d - g) over the contact; Giannakopoulos
     & Suresh (1997) have the cone and the paraboloid.
 
-    Examples
-    --------
     Hertz, k = 0:
 
     >>> from reference.elasticity import Material

@@ -76,8 +76,6 @@ class DeepBody:
 class Stack(DeepBody):
     """Bonded elastic layers on an elastic half-space or on a rigid base.
 
-    Examples
-    --------
     A half-space has 2/(E* q):
 
     >>> body = Stack([], [], Material(1.0, 0.5))
@@ -232,8 +230,6 @@ def rest(h: Array) -> Array:
 class Graded(DeepBody):
     """A half-space that grows stiffer (k > 0) or softer (k < 0) with depth.
 
-    Examples
-    --------
     k = 0 is a half-space, 2/(E* q):
 
     >>> float(np.round(Graded(Material(1.0, 0.5), 0.0, 1.0).compliance(2.0), 12))

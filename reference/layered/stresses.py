@@ -63,8 +63,6 @@ def inside(
     The function through the pressure at the centres of cells is band-limited. Depths increase
     strictly; those below a rigid base are left out.
 
-    Examples
-    --------
     A wave on a half-space has s_zz = -p (1 + q z) exp(-q z):
 
     >>> x = 2 * np.pi * np.arange(16) / 16

@@ -235,7 +235,7 @@ class Automata:
         strains.
         """
         self.strains(moved, traces)
-        return self._shared(_forces, moved, traces, flowed, out)
+        return self._over(_forces, moved, traces, flowed, out)
 
     def stresses(self, moved: Floats, traces: Floats, flowed: Floats = UNFLOWED) -> Floats:
         """Return the stress tensors (free, 3, 3) in units of E.
@@ -243,19 +243,14 @@ class Automata:
         The mean of what pulls at the faces, sum n (force) r0/(2 V): of a homogeneous strain it is
         Hooke's stress.
         """
-        return self._shared(_stresses, moved, traces, flowed, np.empty((self.packing.free, 3, 3)))
+        return self._over(_stresses, moved, traces, flowed, np.empty((self.packing.free, 3, 3)))
 
-    def _shared(
-        self, compiled: Callable, moved: Floats, traces: Floats, flowed: Floats, out: Floats
-    ) -> Floats:
-        """Let threads share automata: each is written by one, from what none of them writes."""
+    def _over(self, compiled: Callable, *fields: Floats) -> Floats:
+        """Let threads share automata: each writes to the last of the fields, reads the others."""
+        *read, out = fields
         near, surface = self.packing.neighbours, self.packing.surface
-        moduli = self.material.shear, self.material.lame
-
-        def work(part: slice) -> None:
-            compiled(part.start, part.stop, moved, traces, flowed, near, surface, *moduli, out)
-
-        pieces.over(len(out), PIECE, work)
+        given = *read, near, surface, self.material.shear, self.material.lame, out
+        pieces.over(len(out), PIECE, lambda part: compiled(part.start, part.stop, *given))
         return out
 
 
@@ -312,8 +307,6 @@ def wave_speeds(material: Elastic, wave: ArrayLike) -> Floats:
     Three of displacement; those of rotation are cut off at high frequencies and left out. From the
     stiffness of the packing under u exp(i q x), theta exp(i q x).
 
-    Examples
-    --------
     Long waves have the speeds of the continuum, sqrt(G/rho) twice and sqrt((lambda + 2 G)/rho):
 
     >>> speeds = wave_speeds(Elastic(0.25), [1e-3, 0.0, 0.0])

@@ -7,9 +7,7 @@ central forces only, of their present distance r,
 
 a Cauchy solid in place of the automata's two moduli. A bond that has stored more than its energy w
 in tension breaks, and what it stored is lost; a free pair that is pressed together by the share
-`healing` of r0 is bonded. In compression both laws are the same, so that healing costs nothing
-and gives nothing: all work of the drag is stored, moving, damped or spent on bonds. Units: r0, k
-and the mass of a particle.
+`healing` of r0 is bonded, at no cost. Units: r0, k and the mass of a particle.
 """
 
 from __future__ import annotations

@@ -137,8 +137,6 @@ class ParticleHalfSpace:
     `materials` are one or two, by Young's modulus and Poisson's ratio. `spacing` and the first
     modulus are the units of length and of pressure. A gap belongs to both bodies.
 
-    Examples
-    --------
     Hertz with two automata per contact radius, within a per cent:
 
     >>> body = ParticleHalfSpace(Domain((3.0, 3.0), 5.0), [(1.0, 0.3)])

@@ -7,11 +7,9 @@
 
 phi the spin. `kalker` has the coefficients of Kalker's table (table E3), to three digits.
 `creep_coefficients` computes them: the contact is cut into strips along the rolling direction, each
-as long as its area requires, and these into cells that are fine at both ends, x = h sin: tractions
-grow as a square root from the leading edge, and without slip they are unbounded at the trailing
-edge. With neither steps along the outline nor coarse cells at its ends the error is of second order
-in the cells, and a straight line over the square of their size gives the limit. `on_grid` has the
-square cells of the solvers, whose error is of first order.
+as long as its area requires, and these into cells that are fine at both ends, x = h sin. The error
+is of second order in the cells, and a straight line over the square of their size gives the limit.
+`on_grid` has the square cells of the solvers, whose error is of first order.
 
 **FASTSIM** (Kalker, Veh. Syst. Dyn. 11 (1982) 1): the surface is a bed of independent springs,
 u = L q, of three flexibilities with which the linear limit is right: L = 8 a/(3 C G) for each
@@ -125,8 +123,6 @@ def kalker(axis_ratio: float, poisson_ratio: float) -> Coefficients:
 
     For a/b from 0.1 to 10, and Poisson's ratios from 0 to 1/2; others are refused.
 
-    Examples
-    --------
     >>> kalker(1.0, 0.25)
     Coefficients(c11=4.12, c22=3.67, c23=1.47, c33=1.19)
     """
@@ -148,8 +144,6 @@ def linear(
 ) -> Rolled:
     """Return the forces of the linear theory, beyond the limit too: it knows no friction.
 
-    Examples
-    --------
     >>> round(linear(EllipticContact((1.0, 1.0), 0.5, 0.25, 1.0), 0.01).tangential_force, 12)
     0.0412
     """
@@ -170,8 +164,6 @@ def fastsim(
 
     `cells` are strips across half of the contact, and steps along half a strip.
 
-    Examples
-    --------
     Its linear limit is Kalker's, and full sliding the limit:
 
     >>> ball = EllipticContact((1.0, 1.0), 0.5, 0.25, 1.0)

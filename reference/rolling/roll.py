@@ -193,8 +193,6 @@ def roll(
     largest x. The load is one penetration or force. Each creep starts from the tractions of the
     one before; the tolerance is the largest `violation` and `error`.
 
-    Examples
-    --------
     A creep of 1 is beyond all stick:
 
     >>> x = (np.arange(12) - 5.5) / 4

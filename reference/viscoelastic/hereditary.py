@@ -124,8 +124,6 @@ def indentation(
     is the elastic contact, axisymmetric, with `effective_modulus`; the material is that in
     shear.
 
-    Examples
-    --------
     A ramp against a dashpot, F = 4 eta A'(d) d' with A' = 2 sqrt(R d):
 
     >>> from reference.closed_form import paraboloid
@@ -199,8 +197,6 @@ def creep(
     Arguments as for `indentation`, but the history is that of the ``"force"``, non-decreasing, so
     that the contact grows for any material. A positive first force is a jump.
 
-    Examples
-    --------
     >>> from reference.closed_form import paraboloid
     >>> zener = GeneralisedMaxwell.standard(0.25, 0.25, 1.0)
     >>> held = History("force", [0, 1], [4 / 3, 4 / 3])
@@ -317,8 +313,6 @@ def impact(
 
     A fluid may keep it for very long: then no rebound is found.
 
-    Examples
-    --------
     >>> from reference.closed_form import paraboloid
     >>> hit = impact(paraboloid(1.0, 1.0), 1.0, GeneralisedMaxwell(0.25), 1.0, 1e-3)
     >>> round(hit.restitution, 8)

@@ -42,8 +42,6 @@ class GeneralisedMaxwell:
     The long-term modulus is G_0 >= 0; arms have G_i >= 0 and tau_i > 0, in any order; the dashpot
     eta >= 0. They must not all be zero.
 
-    Examples
-    --------
     >>> zener = GeneralisedMaxwell(1.0, [3.0], [2.0])
     >>> float(zener.relaxation(0.0)), float(zener.creep(0.0)), float(zener.creep(1e9))
     (4.0, 0.25, 1.0)

@@ -7,9 +7,7 @@ P-matrix; Cottle, Pang & Stone 1992), found by pivoting (`reference.contact.pivo
 cells at once can cycle here, because pressure on a cell displaces the cells behind it more than the
 cell itself. Causes are ahead of their effects, so only the foremost wrong cells of every row are
 changed per round, and in Murty's order the foremost cell of all. Coarser grids give the start.
-
-If the material is slow, Krylov methods need hundreds of convolutions (in trials 60 to 500 per
-contact set, growing with the grid). Contact sets are small, so the equations are factorised.
+Contact sets are small, so the equations are factorised: Krylov methods need hundreds of products.
 """
 
 from __future__ import annotations
@@ -90,8 +88,6 @@ def slide_on_rubber(
     differences; `start` is the initial contact set, by default that of a grid of twice the
     spacing, recursively.
 
-    Examples
-    --------
     A paraboloid of radius 1, slowly: mu = v tau/R, half of that of the reduced model.
 
     >>> from reference.viscoelastic.materials import GeneralisedMaxwell
