@@ -89,7 +89,7 @@ class Extension:
         self._over(_collect, levels[0][0], field, free)
         for (values, weights), (coarse, _) in pairwise(levels):
             self._over(_collect, coarse, values, weights)
-        _restrict_blocks(self._sums, self._shares, self._sides, self._first, self._start)
+        _through_blocks(self._sums, self._shares, self._sides, self._first, self._start, True)
         for (values, weights), (coarse, _) in reversed(list(pairwise(levels))):
             self._over(_return, coarse, values, weights, values)
         self._over(_return, levels[0][0], field, free, out)
@@ -104,7 +104,7 @@ class Extension:
         self._over(_gather, *levels[0], field, free)
         for fine, above in pairwise(levels):
             self._over(_gather, *above, *fine)
-        _extend_blocks(self._sums, self._shares, self._sides, self._first, self._start)
+        _through_blocks(self._sums, self._shares, self._sides, self._first, self._start, False)
         for (values, weights), (coarse, _) in reversed(list(pairwise(levels))):
             self._over(_spread, coarse, values, weights, values)
 
@@ -128,39 +128,30 @@ def _level(flat, sides, level, start):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _extend_blocks(sums, shares, sides, first, start):
-    """Replace the sums of levels from `first` on, which is at `start`, by continued means."""
+def _through_blocks(sums, shares, sides, first, start, transposed):
+    """Replace the sums of levels from `first` on, which is at `start`, by continued means.
+
+    Transposed: what blocks have collected by what their contact cells get.
+    """
     for level in range(first, len(sides) - 1):
-        above = start + sides[level, 0] * sides[level, 1]
+        above, rows = start + sides[level, 0] * sides[level, 1], sides[level + 1, 0]
         values, weights = _level(sums, sides, level, start), _level(shares, sides, level, start)
-        coarse = _level(sums, sides, level + 1, above), _level(shares, sides, level + 1, above)
-        _gather(coarse[0], coarse[1], values, weights, 0, sides[level + 1, 0])
+        coarse = _level(sums, sides, level + 1, above)
+        if transposed:
+            _collect(coarse, values, weights, 0, rows)
+        else:
+            _gather(coarse, _level(shares, sides, level + 1, above), values, weights, 0, rows)
         start = above
     sums[start] /= shares[start]
     for level in range(len(sides) - 2, first - 1, -1):
-        above = start
+        above, rows = start, sides[level + 1, 0]
         start -= sides[level, 0] * sides[level, 1]
         values, weights = _level(sums, sides, level, start), _level(shares, sides, level, start)
         coarse = _level(sums, sides, level + 1, above)
-        _spread(coarse, values, weights, values, 0, sides[level + 1, 0])
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _restrict_blocks(sums, shares, sides, first, start):
-    """Replace what blocks from a level on collected by what their contact cells get."""
-    for level in range(first, len(sides) - 1):
-        above = start + sides[level, 0] * sides[level, 1]
-        values, weights = _level(sums, sides, level, start), _level(shares, sides, level, start)
-        _collect(_level(sums, sides, level + 1, above), values, weights, 0, sides[level + 1, 0])
-        start = above
-    sums[start] /= shares[start]
-    for level in range(len(sides) - 2, first - 1, -1):
-        above = start
-        start -= sides[level, 0] * sides[level, 1]
-        values, weights = _level(sums, sides, level, start), _level(shares, sides, level, start)
-        _return(
-            _level(sums, sides, level + 1, above), values, weights, values, 0, sides[level + 1, 0]
-        )
+        if transposed:
+            _return(coarse, values, weights, values, 0, rows)
+        else:
+            _spread(coarse, values, weights, values, 0, rows)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=_REORDER)
