@@ -211,10 +211,10 @@ def _free_change(
         if not answer > 0:
             return None
     residual = np.append(free(slip), missing)
-    change, goal = np.zeros_like(residual), _FORCING * float(np.linalg.norm(residual))
+    change, goal = np.zeros_like(residual), _FORCING * _dot(residual, residual) ** 0.5
     directions: list[Array] = []
     images: list[Array] = []
-    while len(images) < _PRODUCTS and float(np.linalg.norm(residual)) > goal:
+    while len(images) < _PRODUCTS and _dot(residual, residual) ** 0.5 > goal:
         step, shift = precondition(residual[:-1].reshape(slip.shape)), 0.0
         if given:
             shift = float(residual[-1] - (step * border).sum()) / answer
@@ -223,15 +223,15 @@ def _free_change(
         direction = np.append(step, shift)
         image = np.append(image, (step * border).sum() if given else 0.0)
         for known, other in zip(directions, images, strict=True):
-            share = float(image @ other)
+            share = _dot(image, other)
             direction, image = direction - share * known, image - share * other
-        size, length = float(np.linalg.norm(image)), float(np.linalg.norm(direction))
+        size, length = _dot(image, image) ** 0.5, _dot(direction, direction) ** 0.5
         if size <= 1e-12 * length:
             # nothing resists, as where all of a periodic body sticks: far up to the bounds
             return change + direction * (2.0**40 / length) if length > 0 else change
         directions.append(direction / size)
         images.append(image / size)
-        share = float(residual @ images[-1])
+        share = _dot(residual, images[-1])
         change, residual = change + share * directions[-1], residual - share * images[-1]
     return change
 
@@ -275,6 +275,11 @@ def _by_shift(
         raise ConvergenceError("no rigid displacement carries the tangential force", history)
     shift = float(brentq(excess, -low, high, xtol=1e-15 * reach, rtol=1e-15))
     return replace(solved[shift], shift=shift, history=history)
+
+
+def _dot(first: Array, second: Array) -> float:
+    """Return the scalar product by one thread: BLAS would wake all of its own for it."""
+    return float(np.einsum("i,i", first, second))
 
 
 def _within(traction: Array, bound: Array) -> Array:

@@ -4,6 +4,10 @@ Cattaneo, Carter, reversing paths and steady rolling stand in test_halfspace_fri
 test_rolling.
 """
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -139,3 +143,31 @@ def test_refusals():
     assert len(caught.value.history) == 2
     with pytest.raises(ConvergenceError, match="violated by nan"):
         slide(body, bound, target * np.nan)
+
+
+SHEARED = """
+import os, time
+import numpy as np
+from reference.contact.slide import slide
+
+class Springs:
+    own = 1.0
+    displace = near = staticmethod(lambda field: field + 0.2 * np.roll(field, 1, 1))
+
+rng = np.random.default_rng(0)
+slide(Springs(), rng.uniform(0.5, 2.0, 50_000), rng.uniform(-1.0, 1.0, (2, 50_000)))
+print(time.process_time() - time.thread_time(), time.thread_time())
+"""
+
+
+def test_scalar_products_wake_no_threads():
+    """Two threads of BLAS took four times the processor's time; now the others' share is a tenth.
+
+    (On 160 x 160 cells. That share is what starting them takes.)
+    """
+    environment = os.environ | {"OPENBLAS_NUM_THREADS": "2"}
+    ran = subprocess.run(
+        [sys.executable, "-c", SHEARED], env=environment, capture_output=True, text=True, check=True
+    )
+    others, own = map(float, ran.stdout.split())
+    assert others < 0.1 * own
