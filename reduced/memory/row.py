@@ -144,8 +144,10 @@ class Step(NamedTuple):
 
 
 def _fresh_row(n: int, law: SpringLaw) -> Row:
-    shapes = n, (n, law.times.size), (n, law.retardations.size), n, n, n - 1, n - 1
-    return Row(np.zeros(n, dtype=np.bool_), *map(np.zeros, shapes))
+    arms, modes = np.zeros((n, law.times.size)), np.zeros((n, law.retardations.size))
+    deflection, permanent, force = np.zeros((3, n))
+    edge, fall = np.zeros((2, n - 1))
+    return Row(np.zeros(n, np.bool_), deflection, arms, modes, permanent, force, edge, fall)
 
 
 @njit(cache=True)
