@@ -30,6 +30,7 @@ MOST_COARSE = 20
 BARS = "reference_uncertainty"
 # Of values of single surfaces, and of their errors: their scatter is in the second.
 DIGITS, ERROR_DIGITS = 8, 5
+_ROUNDING = 1e-12  # of a load that is reached
 
 
 @dataclass(frozen=True)
@@ -168,11 +169,12 @@ def _columns(
         "step": np.tile(np.arange(steps), count),
     }
     columns |= {name: values.astype(float).ravel() for name, values in curves.items()}
-    # What is prescribed stands in the row of a step that failed, too.
+    # What is prescribed stands in the row of a step that failed, and in place of its rounding.
     for name, values in plan.loads.columns.items():
         prescribed = np.tile(np.asarray(values, dtype=float), count)
         solved = columns.get(name, np.full(len(prescribed), np.nan))
-        columns[name] = np.where(np.isfinite(solved), solved, prescribed)
+        other = np.abs(solved - prescribed) > _ROUNDING * np.abs(prescribed)
+        columns[name] = np.where(other, solved, prescribed)
     columns["reference"] = "" if truth is None else truth.label
     if truth is None:
         return columns

@@ -61,13 +61,14 @@ def refinements(
             return
         finer = 2 * truth.resolution
         expected = truth.solution.seconds * growth(truth.method)
+        if plan.scene.compare.resolutions is not None:
+            note = "not refined beyond the resolutions that the scene lists"
+            break
         reason = refusal(plan, truth.method, finer)
         if not reason and expected > budget:
             reason = f"the next would take about {expected:.0f} s, more than "
             reason += f"the budget of {budget:.0f} s"
-        if plan.scene.compare.resolutions is not None:
-            note = "not refined beyond the resolutions that the scene lists"
-        elif reason:
+        if reason:
             note = f"refinement of {truth.method} ends at N = {truth.resolution}, {reason}"
         else:
             single = plan.scene.rough and plan.realisations == 1 and finer <= FOLLOWED

@@ -20,7 +20,7 @@ MOST_POINTS = 2**20
 SLIP = ("friction_used", "traction_x", "traction_y")
 NAMES = ("pressure", "pressure_x", "pressure_y", "pressure_shape", *SLIP)
 DRAWN = ("mesh_", "displacement", "gap", "heights")
-# Of these, what pages show to four digits: colours, and exaggerated shifts.
+# Of these, what pages show coarsely: colours, and exaggerated shifts.
 COLOURED = ("heights", "mesh_displacement", "mesh_von_mises")
 # What no page shows: anywhere, and below rough surfaces.
 UNSEEN, BODY = ("displacement", "gap"), ("mesh_cells", "mesh_displacement")
@@ -72,16 +72,15 @@ def earlier_fields(
             if name not in fields:
                 continue
             if name not in last or not np.array_equal(fields[name], last[name]):
-                single = _single(fields[name])
-                arrays[f"step.{step}.{name}"] = _coarse(single) if name == "pressure" else single
+                arrays[f"step.{step}.{name}"] = _single(fields[name])
     return arrays
 
 
 def shown(fields: Fields, *, all_of_them: bool = False) -> dict[str, np.ndarray]:
     """Return the fields that pages show or comparisons use; with `all_of_them` those for ParaView.
 
-    Those that are only drawn, and never compared, are in single precision, and for pages to four
-    digits. A rough surface is drawn by its heights, not by the body below it.
+    Those that are only drawn, and never compared, are in single precision, and for pages in some
+    4000 steps of their range. A rough surface is drawn by its heights, not by the body below it.
     """
     drawn = {name: _single(v) if name.startswith(DRAWN) else v for name, v in fields.items()}
     if all_of_them:
@@ -103,11 +102,14 @@ def _single(values: np.ndarray) -> np.ndarray:
 
 
 def _coarse(values: np.ndarray) -> np.ndarray:
-    """Return numbers to four digits, in single precision: zeros behind them take no room."""
-    if values.dtype != np.float32:
+    """Return numbers in steps of a power of two, some 4000 in their range: they take less room."""
+    if values.dtype != np.float32 or not values.size:
         return values
-    bits = np.ascontiguousarray(values).view(np.uint32)
-    return ((bits + np.uint32(0x400)) & np.uint32(0xFFFFF800)).view(np.float32)
+    width = float(np.nanmax(values)) - float(np.nanmin(values))
+    if not np.isfinite(width) or width == 0:
+        return values
+    step = np.exp2(np.floor(np.log2(width / 4096)))
+    return (np.round(values / step) * step).astype(np.float32)
 
 
 def stored_steps(fields: Fields) -> list[int]:

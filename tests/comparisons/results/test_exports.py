@@ -46,6 +46,13 @@ def test_a_row_is_a_load_and_a_column_a_method_and_quantity_in_si_units(tmp_path
     pd.testing.assert_frame_equal(again.rows.frame(), comparison.record.rows.frame())
 
 
+def test_prescribed_forces_are_written_as_prescribed(tmp_path):
+    """Springs and the closed form return 500 N but for rounding."""
+    scene = HERTZ | {"loading": {"force": {"values": [1.0, 7.0, 500.0]}}}
+    roughline.Study(scene, tmp_path / "out", methods=["reduced", "closed_form"]).run()
+    assert pd.read_csv(tmp_path / "out" / TO_TAKE)["force / N"].tolist() == [1.0, 7.0, 500.0]
+
+
 def test_a_method_without_an_answer_has_its_reason_beside_its_verdict(tmp_path, monkeypatch):
     monkeypatch.setattr(ReducedProfile, "solve", Mock(side_effect=ValueError("no springs")))
     roughline.Study(HERTZ, tmp_path / "out", methods=["reduced", "closed_form"]).run()

@@ -9,7 +9,7 @@ from comparisons.results.record import field_problems
 from comparisons.scene.scene import parse_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene
-from comparisons.tasks.shown_loads import MOST_STEPS, at_step, shown_steps, stored_steps
+from comparisons.tasks.shown_loads import MOST_STEPS, at_step, shown, shown_steps, stored_steps
 
 SCENE = """
 name = "ball"
@@ -66,3 +66,14 @@ def test_a_torn_step_is_told():
     _, solution = solved("closed_form", '["2 um", "4 um"]')
     torn = solution.fields | {"step.0.pressure": np.ones(3)}
     assert any(field_problem.startswith("step 0") for field_problem in field_problems(torn))
+
+
+def test_pages_get_coarse_colours_on_an_offset_and_earlier_pressures_in_single_precision():
+    """Heights of 100 nm on 1 mm keep their shape: half a step of the range, and float32."""
+    heights = 1e-3 + 1e-7 * np.linspace(0, 1, 500) ** 2
+    pressure = 1e9 * np.linspace(0, 1, 500, dtype=np.float32)
+    fields = shown({"heights": heights, "step.0.pressure": pressure})
+    rounding = 2e-7 * 1e-3 / 2
+    np.testing.assert_allclose(fields["heights"], heights, rtol=0, atol=1e-7 / 8192 + rounding)
+    assert len(np.unique(fields["heights"])) > 300
+    np.testing.assert_array_equal(fields["step.0.pressure"], pressure)
