@@ -85,6 +85,14 @@ def test_faces_with_corners_are_too_soft_by_some_per_cent(name):
     assert -0.046 < solution.quantities["force"][0, 0] / force - 1 < 0
 
 
+@pytest.mark.slow
+def test_hertz_with_five_automata_per_radius():
+    solution, plan = solved(scene(BALL), 5)
+    true = exact(plan)
+    assert solution.quantities["force"] == pytest.approx(true["force"], rel=5e-3)
+    assert solution.quantities["contact_radius"] == pytest.approx(true["contact_radius"], rel=0.01)
+
+
 def test_loads_of_many_decades_err_alike():
     """The packing is scaled to each contact, and the answer with it."""
     solution, plan = solved(scene(BALL, {"penetration": [1e-12, 1e-6]}), 2)

@@ -292,6 +292,15 @@ def test_everything_grows_with_load_up_to_one_full_contact(edges, periodic):
 
 
 @pytest.mark.parametrize("edges", EDGES)
+def test_energy_is_the_work_of_the_force(edges):
+    """U = int F dd: trapezoids over 2000 loads; F is piecewise quadratic or linear in d."""
+    line = rough(256, np.random.default_rng(4))[0]
+    d = np.linspace(1e-5, 2 * np.ptp(line), 2001)
+    c = press(RoughLines(line, 1.0), 1.0, Load("penetration", d), edges=edges)
+    assert c.energy[0, -1] - c.energy[0, 0] == pytest.approx(np.trapezoid(c.force[0], d), rel=1e-7)
+
+
+@pytest.mark.parametrize("edges", EDGES)
 def test_a_flat_line_is_a_punch(edges):
     """Equal heights: F = E* L d, one contact, at every load."""
     for periodic in (True, False):

@@ -98,6 +98,15 @@ def test_first_yield_by_the_local_rule_is_that_of_elements(solved, scene):
     )
 
 
+def test_an_ellipsoid_first_yields_by_the_line_near_where_it_does(solved, scene):
+    shape = {"shape": "ellipsoid", "radius_x": "10 mm", "radius_y": "5 mm"}
+    below = yielding(scene, 0.2, indenter=shape)
+    exact, line = (
+        curve(solved(below, name, 10), "first_yield") for name in ("closed_form", "reduced")
+    )
+    assert_allclose(line, exact, rtol=0.05)
+
+
 @pytest.mark.slow
 def test_round_shapes_dent_too(solved, scene):
     for shape in (

@@ -21,6 +21,61 @@ def measure(name, value, effort="quick", **parameters):
     return EXPERIMENTS[name].measure(value, effort, **parameters)
 
 
+RULES = ("own_curvature", "one_radius")
+# Experiment, value, its parameters, error, and by how much it may differ. A claim judged quickly
+# says neither how wrong a rule is nor where it begins to be.
+ERRORS = [
+    # equal to theory, to rounding or to the error of an integration
+    *(("first-yield", 2, {"rule": rule}, 0.0, 1e-6) for rule in RULES),
+    *(("transverse-isotropy", ratio, {}, 0.0, 1e-9) for ratio in (0.1, 0.7, 10.0)),
+    *(
+        ("corrected-rubber", number, {"quantity": quantity}, 0.0, 1e-7)
+        for number in (0.1, 10.0)
+        for quantity in ("work", "friction")
+    ),
+    ("free-vibration", 2.5, {}, 0.0, 1e-5),  # the ball flies
+    # wrong by what theory says
+    ("equivalent-body", 1, {}, 4 / math.pi - 1, 1e-12),  # (4/pi) int sin^n
+    ("equivalent-body", 4, {}, -0.25, 1e-12),
+    ("regularised-block", 200.0, {}, 1 / 200, 1e-14),  # tan(pi/4) v0
+    ("regularised-block", 200.0, {"quantity": "kinetic"}, -2 / math.pi * math.atan(0.005), 1e-14),
+    ("free-vibration", 1.1, {"model": "linear"}, 0.1**2 / 24, 2e-5),  # Nayak 1972, to order A^3
+    ("sliding-paraboloid", 0.1, {}, 0.98, 0.02),  # twice the friction for v -> 0
+    # wrong by what is measured, to its bar or less
+    ("harmonic-contact", 0.02, {}, 0.0078, 0.0025),  # in proportion to the amplitude
+    ("harmonic-contact", 0.2, {}, 0.103, 0.005),
+    ("regularised-amplitude", 10, {}, 0.1993, 1e-3),
+    ("regularised-amplitude", 100, {}, 0.0380, 1e-3),
+    ("relaxation-series", 0.5, {}, 0.378, 0.01),
+    ("relaxation-series", 2, {}, 0.0062, 1e-3),
+    ("printed-rubber", 1.0, {}, 0.0, 0.05),
+    ("printed-rubber", 2.2, {}, -52.0, 14.0),
+    ("rough-contact", 0.01, {}, 1.78, 0.23),  # the area; line and surface agree in the others
+    ("rough-contact", 0.01, {"quantity": "stiffness"}, 0.0, 0.15),
+    ("rough-contact", 0.01, {"quantity": "penetration"}, 0.0, 0.15),
+]
+
+
+@pytest.mark.parametrize(("name", "value", "parameters", "error", "within"), ERRORS)
+def test_an_error_has_its_size(name, value, parameters, error, within):
+    assert abs(measure(name, value, **parameters).error - error) <= within
+
+
+def test_the_stick_radius_is_cattaneos():
+    """At F_x = 7/8 mu F of a ball c = a/2, and u/u_slide = 1 - (1/8)^(2/3)."""
+    measured = measure("stick-radius", 0.875)
+    assert abs(measured.error) < 1e-12
+    share = measured.details["displacement over that at which all slides"]
+    assert share == pytest.approx(1 - 0.125 ** (2 / 3), rel=1e-12)
+
+
+def test_a_weak_drive_at_resonance_is_linear():
+    """P/F0 over twice the damping, times 2/3 for d0 k = 1.5 F0: 1/150 of the static depth."""
+    linear = measure("forced-vibration", 1e-3, model="linear")
+    assert abs(linear.error) < 1e-6
+    assert linear.details["amplitude over static depth"] == pytest.approx(1 / 150, rel=1e-6)
+
+
 def test_a_block_slides_too_far_as_the_law_says():
     """4/pi v0/V of the way; the next term is of the order v0^2 log v0."""
     way = measure("regularised-block", 1e4, quantity="way")
@@ -119,6 +174,13 @@ def test_the_limit_for_a_disc_is_kendalls_punch_to_a_percent():
     result = face("full")
     assert abs(result.error) < 0.01
     assert abs(result.error) <= result.uncertainty < 0.01
+
+
+@pytest.mark.slow
+def test_equal_area_is_the_more_too_high_the_longer_an_ellipse_is():
+    short, long = face(aspect=2.0), face(aspect=4.0)
+    assert short.error - short.uncertainty > 0.03
+    assert long.error > short.error
 
 
 @pytest.mark.slow
