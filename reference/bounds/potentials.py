@@ -141,8 +141,8 @@ def _near_rests(squares: int) -> tuple[Array, Array, Array]:
     """Rests under and over the linear part near a cell of side 1, by square and offset.
 
     The cell and the offsets are their own images in both axes and in the diagonal, so squares on
-    one side of these suffice. And by square those of a whole block of loaded cells about its own,
-    which are those of one loaded cell of the block's size.
+    one side of these suffice. The third table is of a block of loaded cells, by square of the
+    middle one: its rests are those of one loaded cell of the block's size.
     """
     steps = (np.arange(squares) + 0.5) / squares - 0.5
     offsets = np.arange(-_NEAR, _NEAR + 1.0)

@@ -183,6 +183,7 @@ def energy(
     (True, True)
     """
     _check(effective_modulus, cells, penetration=penetration)
+    penetration = float(penetration)
     lower = _energy_below(profile, penetration, cells)
     return effective_modulus * Interval(lower, _energy_above(profile, penetration, cells))
 
@@ -204,6 +205,7 @@ def force(
     True
     """
     _check(effective_modulus, cells, penetration=penetration)
+    penetration = float(penetration)
     if profile.degree is not None:
         n = profile.degree
         return energy(profile, penetration, effective_modulus, cells=cells) * (

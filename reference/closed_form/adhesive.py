@@ -179,12 +179,12 @@ def strength_of(radius: float, effective_modulus: float, work: float, parameter:
 class MaugisForm:
     """Equilibria of a paraboloid by contact radius a >= 0 (a = 0: attraction across the gap only).
 
-    D. Maugis, J. Colloid Interface Sci. 150 (1992) 243: the constant tension sigma0 acts where the
-    gap is below w/sigma0. The only parameter is lambda (`maugis_parameter`): where it is large, the
-    contact is that of Johnson, Kendall & Roberts, where it is small that of Derjaguin, Muller &
-    Toporov (pull-off at -2 pi w R). In Maugis' `units`, a in (pi w R^2/K)^(1/3), F in pi w R, d in
-    (pi^2 w^2 R/K^2)^(1/3), with m = c/a for the edge of the tension, s = sqrt(m^2 - 1),
-    q = arctan s:
+    D. Maugis, J. Colloid Interface Sci. 150 (1992) 243: the constant tension sigma0 (`strength`)
+    acts where the gap is below w/sigma0, w the `work` of adhesion; K = 4 E*/3. The only parameter
+    is lambda (`maugis_parameter`): where it is large, the contact is that of Johnson, Kendall &
+    Roberts, where it is small that of Derjaguin, Muller & Toporov (pull-off at -2 pi w R). In
+    Maugis' `units`, a in (pi w R^2/K)^(1/3), F in pi w R, d in (pi^2 w^2 R/K^2)^(1/3), with m = c/a
+    for the edge of the tension, s = sqrt(m^2 - 1), q = arctan s:
 
         (lambda a^2/2) [s + (m^2 - 2) q] + (4 lambda^2 a/3) [s q - m + 1] = 1,
         F = a^3 - lambda a^2 [s + m^2 q],   d = a^2 - (4/3) lambda a s.

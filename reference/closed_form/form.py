@@ -37,6 +37,12 @@ def checked_load(name: str, value: ArrayLike, limit: float = math.inf, reason: s
     return load
 
 
+def keep_positive(shape: str, fields: dict[str, Any]) -> None:
+    """Check the numbers among the fields of a frozen object, and keep them as floats."""
+    numbers = {name: value for name, value in fields.items() if not isinstance(value, ClosedForm)}
+    fields.update(zip(numbers, require_positive(shape, **numbers), strict=True))
+
+
 @dataclass(frozen=True)
 class ByRadius:
     """Laws of a round contact in its radius a, from which its adhesion follows."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from reference.arguments import finite_faults, poisson_faults, positive_faults, refuse
-from reference.closed_form.form import Array, checked_load, require_positive
+from reference.closed_form.form import Array, checked_load, keep_positive, require_positive
 
 
 def boussinesq(force: float, distance: ArrayLike, effective_modulus: float) -> Any:
@@ -50,6 +50,7 @@ def _away(name: str, distance: ArrayLike) -> Array:
     return r
 
 
+@dataclass(frozen=True)
 class Westergaard:
     """Contact of the wavy surface h = D cos(2 pi x/l) with a half-space, in plane strain.
 
@@ -68,17 +69,20 @@ class Westergaard:
     0.5
     """
 
+    # D, l and E*
+    amplitude: float
+    wavelength: float
+    effective_modulus: float
+
     source = "Westergaard 1939; Johnson 1985, section 13.2"
 
-    def __init__(self, amplitude: float, wavelength: float, effective_modulus: float) -> None:
-        self.amplitude, self.wavelength, self.effective_modulus = require_positive(
-            "westergaard",
-            amplitude=amplitude,
-            wavelength=wavelength,
-            effective_modulus=effective_modulus,
-        )
-        # the mean pressure p*
-        self.full_contact_pressure = math.pi * effective_modulus * (amplitude / wavelength)
+    def __post_init__(self) -> None:
+        keep_positive("westergaard", vars(self))
+
+    @property
+    def full_contact_pressure(self) -> float:
+        """Mean pressure p* of full contact."""
+        return math.pi * self.effective_modulus * (self.amplitude / self.wavelength)
 
     def contact_fraction(self, mean_pressure: ArrayLike) -> Any:
         """A/A0 at a mean pressure."""

@@ -19,6 +19,7 @@ holds for every shape, also rough ones, because both operators are equal.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -26,7 +27,7 @@ from numpy.typing import ArrayLike
 from scipy.special import ellipe, ellipk
 
 from reference.arguments import poisson_faults, refuse
-from reference.closed_form.form import Array, ClosedForm, require_positive
+from reference.closed_form.form import Array, ClosedForm, keep_positive, require_positive
 from reference.closed_form.numerics import gauss_rule
 
 # A reversal smaller than the friction by this factor is below the rounding of the forces.
@@ -65,12 +66,12 @@ class Term(NamedTuple):
     inner: float
 
 
+@dataclass(frozen=True)
 class PartialSlip:
     """A contact under constant normal force and any tangential path.
 
-    Exact for bodies of revolution. The `modulus_ratio` is G*/E*, 2 (1 - nu)/(2 - nu) for one
-    elastic body on a rigid one. Full sliding has the tangential force mu F, the `limit`; in first
-    loading it begins at the `sliding_displacement` mu d E*/G*.
+    Exact for bodies of revolution. The `friction` is mu, the `modulus_ratio` G*/E*,
+    2 (1 - nu)/(2 - nu) for one elastic body on a rigid one.
 
     Examples
     --------
@@ -82,16 +83,28 @@ class PartialSlip:
     0.5
     """
 
-    def __init__(
-        self, form: ClosedForm, penetration: float, friction: float, modulus_ratio: float
-    ) -> None:
-        self.form = form
-        self.penetration, self.friction, self.modulus_ratio = require_positive(
-            "partial slip", penetration=penetration, friction=friction, modulus_ratio=modulus_ratio
-        )
-        self.force = float(form.force(self.penetration))
-        self.limit = self.friction * self.force
-        self.sliding_displacement = self.friction * self.penetration / self.modulus_ratio
+    form: ClosedForm
+    penetration: float
+    friction: float
+    modulus_ratio: float
+
+    def __post_init__(self) -> None:
+        keep_positive("partial slip", vars(self))
+
+    @cached_property
+    def force(self) -> float:
+        """The normal force F."""
+        return float(self.form.force(self.penetration))
+
+    @property
+    def limit(self) -> float:
+        """Tangential force mu F of full sliding."""
+        return self.friction * self.force
+
+    @property
+    def sliding_displacement(self) -> float:
+        """Displacement mu d E*/G* at which full sliding begins in first loading."""
+        return self.friction * self.penetration / self.modulus_ratio
 
     def along(self, tangential_force: ArrayLike) -> PartialSlipPath:
         """Return the response along a path of tangential forces (k,), monotone between them.
@@ -180,6 +193,7 @@ class PartialSlipPath:
 _POINTS = 400
 
 
+@dataclass(frozen=True)
 class Torsion:
     """A body of revolution under a constant penetration that is twisted once (Lubkin 1951).
 
@@ -194,8 +208,9 @@ class Torsion:
 
         b(c) = mu/(2 G) int_c^a p(r)/sqrt(r^2 - c^2) dr,
 
-    the angle by which the circle that sticks has turned; the torque is that of the discs. G is that
-    of the half-space under a rigid body, or 1/G = 1/G1 + 1/G2 of two.
+    the angle by which the circle that sticks has turned; the torque is that of the discs. The
+    `friction` is mu, the `shear_modulus` G that of the half-space under a rigid body, or
+    1/G = 1/G1 + 1/G2 of two.
 
     Examples
     --------
@@ -208,16 +223,20 @@ class Torsion:
     1.0
     """
 
-    def __init__(
-        self, form: ClosedForm, penetration: float, friction: float, shear_modulus: float
-    ) -> None:
-        if form.contact_radius is None:
-            raise ValueError(f"{form.name}: torsion is known of round contacts only")
-        self.form = form
-        self.penetration, self.friction, self.shear_modulus = require_positive(
-            "torsion", penetration=penetration, friction=friction, shear_modulus=shear_modulus
-        )
-        self.contact_radius = float(form.semi_axes(self.penetration)[0])
+    form: ClosedForm
+    penetration: float
+    friction: float
+    shear_modulus: float
+
+    def __post_init__(self) -> None:
+        if self.form.contact_radius is None:
+            raise ValueError(f"{self.form.name}: torsion is known of round contacts only")
+        keep_positive("torsion", vars(self))
+
+    @cached_property
+    def contact_radius(self) -> float:
+        """The radius a."""
+        return float(self.form.semi_axes(self.penetration)[0])
 
     def angle(self, stick_radius: float) -> float:
         """Return the twist b in radians at which the circle of this radius sticks."""

@@ -149,7 +149,8 @@ class RubberCylinder:
         h, m = half_width, half_width / way
         bessel, k = float(kve(0, m) / kve(1, m)), m * glassy
         rho = 1.0 if np.isinf(k) else float(ive(1, k) / ive(0, k))
-        self.middle = way * (1 - 1 / glassy) * rho * bessel / (1 + rho * bessel)
+        share = rho * bessel
+        self.middle = way * (1 - 1 / glassy) * share / (1 + share)
         constant = h / 2 + self.middle / bessel
         self.force = 2 * np.pi * modulus * h * constant / radius
         # first moments about the middle of 4 q = (J0 + J1) p - J0 l p'

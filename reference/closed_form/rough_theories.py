@@ -444,8 +444,8 @@ class PerssonXu(WaveRings):
         return share, (gamma + (1 - gamma) * share) * full
 
     def _in_contact(self, pressure: float) -> tuple[float, float]:
-        share, width = self._spread(pressure, self._full[-1:])
-        return float(share[0, 0]), float(width[0, 0])
+        share, variance = self._spread(pressure, self._full[-1:])
+        return float(share[0, 0]), float(variance[0, 0])
 
     @cached_property
     def _gap(self) -> tuple[PchipInterpolator, float, float]:
@@ -455,8 +455,8 @@ class PerssonXu(WaveRings):
         # a ring's energy is that of the area that it has half way
         own = self.wavenumber**2 * self.power / 4
         share, _ = self._spread(p, self._full - own / 2)
-        _, width = self._spread(p, self._full)
-        energy = (share * np.diff(width, axis=1, prepend=0.0) / self.wavenumber).sum(axis=1)
+        _, variance = self._spread(p, self._full)
+        energy = (share * np.diff(variance, axis=1, prepend=0.0) / self.wavenumber).sum(axis=1)
         steps = np.diff(energy) / np.diff(p) * np.diff(np.log(p))
         gap = np.concatenate([np.cumsum(steps[::-1])[::-1], [0.0]])
         return PchipInterpolator(np.log(p), gap), math.log(p[0]), math.log(p[-1])

@@ -5,18 +5,20 @@ A place loses k p ds (Archard's law, locally).
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from scipy.linalg import eigh
 from scipy.special import gammaln
 
-from reference.closed_form.form import Array, ClosedForm, require_positive
+from reference.closed_form.form import Array, ClosedForm, keep_positive, require_positive
 
 # Polynomials: penetration and force are known to 1e-6 or better from k E* s/b = 1e-3 on.
 _MODES = 200
 
 
+@dataclass(frozen=True)
 class WornPunch:
     """A flat circular punch of radius b that slides on a half-space and wears by the coefficient k.
 
@@ -35,15 +37,22 @@ class WornPunch:
     1.0
     """
 
-    def __init__(self, radius: float, effective_modulus: float, coefficient: float) -> None:
-        self.radius, self.effective_modulus, self.coefficient = require_positive(
-            "worn punch",
-            radius=radius,
-            effective_modulus=effective_modulus,
-            coefficient=coefficient,
-        )
-        self.area = np.pi * radius**2
-        self._unit = 2 * radius / effective_modulus  # length per pressure of the tables
+    radius: float
+    effective_modulus: float
+    coefficient: float
+
+    def __post_init__(self) -> None:
+        keep_positive("worn punch", vars(self))
+
+    @property
+    def area(self) -> float:
+        """Area of the face."""
+        return np.pi * self.radius**2
+
+    @property
+    def _unit(self) -> float:
+        """Length per pressure of the tables."""
+        return 2 * self.radius / self.effective_modulus
 
     def under_force(self, force: float, distance: float) -> tuple[float, float, float]:
         """Return penetration, force and volume lost.

@@ -60,7 +60,7 @@ def linear_system(
     *,
     outer: Integers | None = None,  # (m,): nodes that follow the far field
     fields: Sequence[Array] = (),  # (m, 3): theirs for a unit of each far-field unknown
-    exterior: Array | None = None,
+    exterior: Array | None = None,  # (k, k): as of `LinearSystem`
     stretch: tuple[float, float] = (1.0, 1.0),
 ) -> LinearSystem:
     """Return the system with unknowns numbered: free displacements, mean stresses, far field.

@@ -121,11 +121,11 @@ class CondensedBody:
     flexibility: DenseFlexibility | IterativeFlexibility | MultigridFlexibility
     spacing_scaled: float  # size of the surface elements in the contact / length
     unknowns: int  # number of free displacements of the mesh and far-field unknowns
+    # number of equal parts, one of which is meshed: 4 for quarter symmetry, 2 for half
+    symmetry: int
     seconds: dict[str, float]  # time spent on "mesh", "assembly", "condensation"
     grid: GradedMesh
     system: LinearSystem  # equations of the mesh
-    # number of equal parts, one of which is meshed: 4 for quarter symmetry, 2 for half
-    symmetry: int = 1
     # (2,), `scaled_points` minus the mesh coordinates (the mesh is centred)
     offset: Array = field(default_factory=lambda: np.zeros(2))
     ring: float | None = None  # radius of the mesh circle / length before stretching, if any

@@ -89,7 +89,7 @@ def ring_mesh(
     core_cells: int,  # per half-width of the core and per 45 degrees of the rings
     round_from: float,  # radius of the first true circle, one of the rings
     stretch: tuple[float, float] = (1.0, 1.0),
-    planes: Planes = (True, True),
+    planes: Planes = (True, True),  # symmetry about x = 0, y = 0: the positive sides are meshed
 ) -> GradedMesh:
     """Return a cylinder of 27-node hexahedra: a square core with circular rings.
 

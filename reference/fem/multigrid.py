@@ -18,7 +18,7 @@ from reference.fem.matrix_free import conjugate_gradients
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-TOLERANCE = 1e-8  # relative residual in the norm of the preconditioner
+COLUMN_TOLERANCE = 1e-8  # relative residual in the norm of the preconditioner
 AT_ONCE = 32  # right-hand sides: matrices are read once for all of them
 DAMPED = 1.5  # Jacobi's step over the inverse of the largest eigenvalue: converges below 2
 COARSEST = 300  # unknowns that are solved at once
@@ -127,7 +127,7 @@ class MultigridFlexibility:
     def solve(self, loads: Array) -> Array:
         """Return the displacements (3 nodes, k) under loads, by `conjugate_gradients`."""
         values, steps = conjugate_gradients(
-            self.stiffness.__matmul__, self._cycle, loads, TOLERANCE
+            self.stiffness.__matmul__, self._cycle, loads, COLUMN_TOLERANCE
         )
         self.iterations.append(steps)
         return values

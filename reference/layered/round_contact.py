@@ -146,7 +146,7 @@ class RoundContact:
             return float(np.cbrt(getattr(at_radius(a), control) / value) - 1)
 
         for end in (low, high):
-            if abs(over(end.contact_radius)) <= np.finfo(float).eps:  # of either sign by rounding
+            if abs(over(end.contact_radius)) <= np.finfo(float).eps:  # the sign is rounding
                 return end
         radius = brentq(
             over,

@@ -329,7 +329,7 @@ class Approach:
         return [film.oil(s) for s in (state, self.before, self.earlier) if s is not None]
 
     def _weights(self, fall: float) -> tuple[float, ...]:
-        """Their weights in d(oil)/dt over V."""
+        """Weights of the oil of these films in d(oil)/dt over V."""
         if self.earlier is None:
             return 1 / fall, -1 / fall
         last = self.earlier.separation - self.before.separation

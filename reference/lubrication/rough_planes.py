@@ -90,12 +90,11 @@ def plane_flow(gap: ArrayLike, spacing: tuple[float, float] = (1.0, 1.0)) -> Pla
     open_cells = np.flatnonzero(h)
     size = open_cells.size
     index = np.arange(h.size).reshape(h.shape)
-    matrix = sparse.csr_array((size, size))
+    cells, matrix = sparse.eye_array(h.size, format="csr"), sparse.csr_array((size, size))
     for axis in (0, 1):
         factor = (conductance[axis] * spacing[1 - axis] / spacing[axis]).ravel()
         faces = np.flatnonzero(factor)
-        before = sparse.eye_array(h.size, format="csr")
-        steps = (before[np.roll(index, -1, axis).ravel()] - before)[faces][:, open_cells]
+        steps = (cells[np.roll(index, -1, axis).ravel()] - cells)[faces][:, open_cells]
         matrix += steps.T @ sparse.diags_array(factor[faces]) @ steps
     source = conductance[0] * spacing[1]
     right = (np.roll(source, 1, 0) - source).ravel()[open_cells]

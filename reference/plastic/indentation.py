@@ -1,10 +1,10 @@
 """A rigid indenter on an elastic-plastic half-space: first yield, loading, unloading and reloading.
 
 Loads and moments are in the units of the caller, steps and states have E = 1 and lengths in the
-contact radius that the mesh is made for. The surface is held off
-the indenter by stiff springs at quadrature points; the sum of their forces is the force, exactly.
-Each step minimises one convex potential (incremental plasticity, exterior, springs): Newton's
-method with a line search on its slope converges from anywhere.
+contact radius that the mesh is made for. The surface is held off the indenter by stiff springs at
+quadrature points; the sum of their forces is the force, exactly. Each step minimises one convex
+potential (incremental plasticity, exterior, springs): Newton's method with a line search on its
+slope converges from anywhere.
 """
 
 from __future__ import annotations
@@ -130,6 +130,8 @@ class Walk:
         Of the logarithm of a rising load, at its end.
     length, modulus : float
         Units of states over those of the caller.
+    material, shape, gap
+        In the units of states: E = 1, `shape` of scaled places, `gap` at those of the springs.
 
     Examples
     --------
@@ -242,7 +244,8 @@ class Walk:
     def residual_depth(self, moment: DentMoment) -> float:
         """Return the depth that remains if the indenter is lifted off from here.
 
-        In one step, elastic but for some points: three leave a dent that differs by 4e-7.
+        In one step, elastic but for some points: three leave a dent that differs by 4e-7 of
+        its depth.
         """
         state = moment.state
         if not state.points.amount.any():
@@ -272,30 +275,37 @@ class Walk:
         *,
         penetration: float | None = None,
         force: float | None = None,
-        halvings: int = 0,
     ) -> PlasticState:
-        """Take one step to a penetration, or to a force, or two halves of it where it fails.
+        """Take one step to a penetration or to a force, in the units of states.
 
-        Without a force (0) the indenter is lifted off.
+        A force of 0 lifts the indenter off. Where a step fails it goes by halves of it.
         """
+        if (penetration is None) == (force is None):
+            raise ValueError("give either a penetration or a force")
+        return self._halved(state, penetration, force, 0)
+
+    def _halved(
+        self, state: PlasticState, penetration: float | None, force: float | None, halvings: int
+    ) -> PlasticState:
+        """Take a step that is the result of so many halvings, or two halves of it."""
         try:
             return self._newton(state, penetration, force)
         except ConvergenceError:
             if halvings == _HALVINGS or (force == 0 and state.force == 0):
                 raise
-        half = {
-            "penetration": None if penetration is None else (state.penetration + penetration) / 2,
-            "force": None if force is None else (state.force + force) / 2,
-        }
-        half_way = self.step_to(state, **half, halvings=halvings + 1)
-        return self.step_to(half_way, penetration=penetration, force=force, halvings=halvings + 1)
+        half = (
+            None if penetration is None else (state.penetration + penetration) / 2,
+            None if force is None else (state.force + force) / 2,
+        )
+        half_way = self._halved(state, *half, halvings + 1)
+        return self._halved(half_way, penetration, force, halvings + 1)
 
     def _newton(
         self, state: PlasticState, target: float | None, force: float | None
     ) -> PlasticState:
         """Find the balance at a depth, or under a force, by Newton's method with a line search.
 
-        Under a force the depth is an unknown, too; without any (0) the indenter is gone.
+        Under a force the depth is an unknown, too; a force of 0 has lifted the indenter off.
         """
         mesh, surface, lifted = self.mesh, self.mesh.surface, force == 0
         forced = force is not None and not lifted
