@@ -52,7 +52,7 @@ class Setting:
         return self.cost.seconds
 
     @property
-    def solver(self) -> bool:
+    def solves_in_3d(self) -> bool:
         """Whether it solves the surface itself, in three dimensions."""
         row = METHODS.get(self.method)  # results may name one that is not here
         return row is not None and not row.exact and row.dimension == 3
@@ -224,7 +224,7 @@ def advise(record: SceneRecord) -> Advice:
             called=record.title_of(method),
         )
         for method in record.methods
-        for level in record.levels(method)
+        for level in record.resolutions_judged(method)
     ]
     if truth:
         bars = []

@@ -194,7 +194,7 @@ def _standing(record: SceneRecord, method: str) -> _Standing:
         own,
         next(exact, None),
         next(iter(others), None),
-        next((item for item in others if item.solver), None),
+        next((item for item in others if item.solves_in_3d), None),
     )
 
 

@@ -6,8 +6,8 @@ that the mean stands on, the time of one surface, or line, to the errors of sing
 
 Every quantity is judged once, at equal prescribed load (the prescribed one, force or penetration,
 at an equal value of the other), by the step that `comparisons.judging.verdicts.judged` selects.
-Errors at the other load are listed (`second_rows`) but never affect a verdict. A bar is one of 95 %
-where calibration shows it, else an estimate by the same rules (`confidence`).
+Errors at the other load are listed (`verdicts_at_other_load`) but never affect a verdict. A bar is
+one of 95 % where calibration shows it, else an estimate by the same rules (`confidence`).
 """
 
 from __future__ import annotations
@@ -232,17 +232,19 @@ class SceneRecord:
         """Tell whether a setting is the reference itself."""
         return (method, resolution) == (self.reference.method, self.reference.resolution)
 
-    def run_at(self, method: str) -> list[float]:
+    def resolutions_run(self, method: str) -> list[float]:
         """Return the resolutions at which a method was run, ascending."""
         return sorted(level for name, level in self._by_setting if name == method)
 
     @once
-    def levels(self, method: str) -> list[int]:
+    def resolutions_judged(self, method: str) -> list[int]:
         """Return the resolutions at which a method was run, ascending, but for the truth itself."""
-        return [n for n in map(int, self.run_at(method)) if not self.is_reference(method, n)]
+        return [
+            n for n in map(int, self.resolutions_run(method)) if not self.is_reference(method, n)
+        ]
 
     @once
-    def resolutions(self, method: str) -> list[float]:
+    def resolutions_solved(self, method: str) -> list[float]:
         """Return the resolutions at which a method solved anything, ascending."""
         return sorted(set(self.solved_rows(method)["resolution"]))
 
@@ -251,7 +253,7 @@ class SceneRecord:
         """Return the finest resolution, but the truth's, among those that solved the most steps."""
         rows = self.solved_rows(method)
         resolution, step = (rows[key] for key in ("resolution", "step"))
-        counts = {n: len(set(step[resolution == n])) for n in self.levels(method)}
+        counts = {n: len(set(step[resolution == n])) for n in self.resolutions_judged(method)}
         most = max(counts.values(), default=0)
         return max((n for n, count in counts.items() if count == most), default=None)
 
@@ -340,10 +342,10 @@ class SceneRecord:
         surfaces, solves = int(first("surfaces", 1.0)), ""
         if surfaces > 1:  # in words what a mean stands on (`comparisons.judging.levels.Levels`)
             row = METHODS.get(method)
-            levels = [n for n in self.run_at(method) if n <= resolution]
+            levels = [n for n in self.resolutions_run(method) if n <= resolution]
             beside = ""
             three = row is None or row.dimension == 3
-            if three and method != GRID and self.run_at(GRID):
+            if three and method != GRID and self.resolutions_run(GRID):
                 levels, beside = [resolution], f" beside those of {title_of(GRID)}"
             numbers = [count(first("surfaces", 1.0, level)) for level in levels]
             noun = "lines" if row is not None and row.dimension == 1 else "surfaces"
@@ -354,7 +356,7 @@ class SceneRecord:
     @property
     def spent(self) -> float:
         """Seconds of all solves of the scene, each counted once."""
-        settings = [(m, n) for m in self.methods for n in self.run_at(m)]
+        settings = [(m, n) for m in self.methods for n in self.resolutions_run(m)]
         return float(np.nansum([self.cost(*setting).spent for setting in settings]))
 
     # --- verdicts
@@ -401,7 +403,7 @@ class SceneRecord:
         return self.setting_verdicts(method, self.finest(method) or 0)
 
     @property
-    def second_rows(self) -> list[Verdict]:
+    def verdicts_at_other_load(self) -> list[Verdict]:
         """What is known of the model at the other load: to be looked up, it decides nothing."""
         level = self.finest(MODEL)
         return [

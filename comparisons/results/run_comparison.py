@@ -127,7 +127,7 @@ def compare_runs(
             (method, int(n))
             for scene in scenes
             for method in dict.fromkeys(scene.rows["method"])
-            for n in scene.run_at(method)
+            for n in scene.resolutions_run(method)
         )
         changes += [
             _change(name, method, n, was, now, tolerances.get(method, moved), slower)

@@ -92,7 +92,7 @@ def explained(record: SceneRecord) -> tuple[Verdict, ...]:
     }
     for method in record.methods:
         missing = {name: _why_missing(record, name, method) for name in record.quantities}
-        for level in record.levels(method) or [0]:
+        for level in record.resolutions_judged(method) or [0]:
             for name, reason in missing.items():
                 key = (method, level, name, record.equal_at(name))
                 found = verdicts.get(key)

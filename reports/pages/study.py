@@ -166,7 +166,7 @@ def scene_view(scene: SceneRecord, anchor: str) -> SimpleNamespace:
         judged=judged,  # label (none where the model leads) -> quantity -> verdict
         others=others(scene),
         decisive=deciding(scene),
-        at_other_load=scene.second_rows,
+        at_other_load=scene.verdicts_at_other_load,
         advice=advice,
         fastest=tuple(advice.reaching()[:MOST_NAMED]),
         truth=_truth(scene, advice),
@@ -333,6 +333,6 @@ def _setting(setting: Setting, advice: Advice) -> dict[str, Any]:
         and setting.method not in advice.lucky,
         "finest": setting.resolution == deepest,
         "ranked": setting.method != CLOSED_FORM,
-        "solver": setting.solver,
+        "solver": setting.solves_in_3d,
         "verdicts": [_ends(verdict) for verdict in setting.verdicts],
     }

@@ -260,7 +260,9 @@ def _caption(scene: SceneRecord, name: str, apart: float) -> str:
     if proved and np.isfinite(scene.rows[f"{name}_lower"]).any():
         parts.append(f"Solid band: {proved.in_words}")
     finest = {
-        method: levels[-1] for method in scene.methods if (levels := scene.resolutions(method))
+        method: levels[-1]
+        for method in scene.methods
+        if (levels := scene.resolutions_solved(method))
     }
     if any(len(scene.realisations(*setting)) for setting in finest.items()):
         parts.append(

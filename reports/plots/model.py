@@ -41,7 +41,7 @@ NOW = Look("load of the slider", INK)
 
 def reduced_picture(scene: SceneRecord) -> Figure | None:
     """Return the one-dimensional model: the profile or the rough line, and its springs."""
-    if not scene.resolutions(MODEL):  # no load has an answer
+    if not scene.resolutions_solved(MODEL):  # no load has an answer
         return None
     fields = next((item.fields for item in stored_fields(scene, [MODEL])), {})
     if {"line_x", "line_height", "line_penetration"} <= fields.keys():
@@ -109,7 +109,7 @@ def _profile_figure(scene: SceneRecord, fields: dict[str, np.ndarray]) -> Figure
 def _earlier_depths(scene: SceneRecord) -> list[float]:
     """Return the penetration of realisation 0 at all loads but the last; NaN where it failed."""
     rows = scene.solved_rows(MODEL)
-    finest = rows["resolution"] == scene.resolutions(MODEL)[-1]
+    finest = rows["resolution"] == scene.resolutions_solved(MODEL)[-1]
     rows = rows.where(finest & (rows["realisation"] != MEAN))
     steps, depth = rows["step"], rows["penetration"]
     # The first realisation stands first.

@@ -38,7 +38,7 @@ def plan_rows(scene: SceneRecord) -> list[dict[str, Any]]:
     rows = []
     for method in scene.methods:
         item = planned.get(method, MethodPlan(method, True, ""))
-        levels = item.resolutions or scene.resolutions(method)
+        levels = item.resolutions or scene.resolutions_solved(method)
         ensemble = ensemble_text(method, item.numbers, item.resolutions)
         modelled = "; ".join(filter(None, [item.modelled, ensemble]))
         rows.append(

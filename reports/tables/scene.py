@@ -95,7 +95,7 @@ def _settings(scene: SceneRecord, pairs: list[tuple[str, str]]) -> Table:
 
 def _all_settings(scene: SceneRecord) -> list[tuple[str, float]]:
     names = [n for n in scene.methods if n not in scene.unsupported]
-    return [(name, level) for name in names for level in scene.run_at(name)]
+    return [(name, level) for name in names for level in scene.resolutions_run(name)]
 
 
 def _setting_row(
@@ -211,7 +211,7 @@ def load_steps(scene: SceneRecord) -> Table:
     tables = [
         scene.curve(method, level)
         for method in scene.methods
-        for level in scene.resolutions(method)
+        for level in scene.resolutions_solved(method)
     ]
     total = sum(map(len, tables))
     rows = Rows.joined(tables, MOST_ROWS)

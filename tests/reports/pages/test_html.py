@@ -256,7 +256,7 @@ def test_the_prescribed_load_decides_and_the_other_is_a_row_to_look_up(study):
     assert (area.at, area.word) == ("penetration", "within")
     assert worst(both.verdicts_on()).word == "within"
     assert advise(both).cheapest.method == "reduced"
-    assert [(item.at, item.word) for item in both.second_rows] == [("force", "outside")]
+    assert [(item.at, item.word) for item in both.verdicts_at_other_load] == [("force", "outside")]
     page = html.page(replace(study, scenes=(both,)), with_pictures=False)
     assert "not used for the verdict" in page
 
