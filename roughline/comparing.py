@@ -39,7 +39,7 @@ class Comparison:
 
     Attributes
     ----------
-    record : comparisons.results.store.SceneRecord
+    record : comparisons.results.record.SceneRecord
     patch : Comparison, optional
         With "bem_dense" on a measured map too large for it: the comparison on a patch.
     """

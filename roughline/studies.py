@@ -42,7 +42,7 @@ class Results:
 
     Attributes
     ----------
-    record : comparisons.results.store.StudyRecord
+    record : comparisons.results.record.StudyRecord
     """
 
     record: StudyRecord

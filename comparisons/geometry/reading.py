@@ -43,10 +43,10 @@ class FileError(InputError):
 
 
 def read_apart(reader: str, path: Path, *arguments: Any, remedy: str) -> dict[str, Any]:
-    """Return what ``"package.module:function"`` returns, called in a process of its own.
+    """Call ``"package.module:function"`` in a process of its own, with the path and the arguments.
 
-    With the path and the arguments; a dict of arrays and plain values. `remedy` is the advice where
-    the file needs too much memory or time.
+    Return its dict of arrays and plain values. `remedy` is the advice where the file needs too much
+    memory or time.
     """
     with path.open("rb") as file:
         start = file.read(8)

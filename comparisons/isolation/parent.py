@@ -118,9 +118,9 @@ def run(
 ) -> Outcome:
     """Call a function in a separate process and return the outcome, see the contract of the module.
 
-    `seconds` of wall clock and bytes of resident `memory` are limits; `finite` refuses an answer
-    that holds NaN or infinities. Under the name `reuse` the process is kept for the next call while
-    it gives answers.
+    `seconds` of wall clock and bytes of resident `memory` are limits (None: no limit); `finite`
+    refuses an answer that holds NaN or infinities. Under the name `reuse` the process is kept for
+    the next call while it gives answers. Failures of the work do not raise: the outcome has them.
 
     `python` is the interpreter of another environment. It needs NumPy and what the work imports;
     our packages are not seen there, so `work` is ``"/path/to/script.py:function"``, and arguments

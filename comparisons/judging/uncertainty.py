@@ -33,7 +33,7 @@ class Rule:
     # highest is trusted, and below the lowest convergence is not credible at all.
     lowest: float = 0.5
     highest: float = 1.25
-    floor: float = 0.5  # the least of a load step's own difference, of the median over the steps
+    floor: float = 0.5  # least share of the median difference that a step's own counts as
 
 
 # What a share of the error was measured of: a "free" or "periodic" rough surface; a single contact

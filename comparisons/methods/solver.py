@@ -63,30 +63,33 @@ class Solver(Generic[G]):
     `Refused`. A subclass with a `name` is a method, or one method's solver of the scenes with just
     the tables of its `physics`. It overrides `resolutions`, unless nothing is discretised, and one
     of `solve` (all loads at once), `steps` (load after load) and `rows` (the same, with a set-up).
+
+    name, title, dimension: what the method is called, and whether it solves the contact itself (3),
+    is a model under test (1) or a theory of the statistics of surfaces (2). Our own methods have
+    the last two in `comparisons.facts.methods`.
+    physics: the tables that it covers all together, such as {"viscoelastic", "sliding"}.
+    bodies: whether it takes a finite [body] with supports, too.
+    rough: whether its scenes have rough surfaces, or indenters; None: either.
+    named_only: whether only scenes that name it in `compare.methods` have it in their plans.
+    depths: whether it takes layers and grading of the [half_space].
+    note: why or by what rule the scene can be done, for the plan; "" where there is nothing to say.
+    Solvers may set their own.
+    span: largest ratio of the contact radii of an indenter's loads that one `solve` is given: loads
+    over more decades come in several calls, each with a geometry sized for its own contacts.
+    shared_cells: cells of all realisations of a task up to which sharing a set-up among them is
+    worth while: beyond, smaller tasks lose less when they are killed, and spread better.
     """
 
-    # What the method is called, and whether it solves the contact itself (3), is a model under test
-    # (1) or a theory of the statistics of surfaces (2). Our own methods have the last two in
-    # `comparisons.facts.methods`.
     name: ClassVar[str] = ""
     title: ClassVar[str] = ""
     dimension: ClassVar[int] = 3
-    # The tables that it covers all together, such as {"viscoelastic", "sliding"}.
     physics: ClassVar[frozenset[str]] = frozenset()
-    bodies: ClassVar[bool] = False  # whether it takes a finite [body] with supports, too
-    # Whether its scenes have rough surfaces, or indenters; None: either.
+    bodies: ClassVar[bool] = False
     rough: ClassVar[bool | None] = None
-    # Whether only scenes that name it in `compare.methods` have it in their plans.
     named_only: ClassVar[bool] = False
-    depths: ClassVar[bool] = False  # whether it takes layers and grading of the [half_space]
-    # Why or by what rule the scene can be done, for the plan; "" where there is nothing to say.
-    # Solvers may set their own.
+    depths: ClassVar[bool] = False
     note: str = ""
-    # Largest ratio of the contact radii of an indenter's loads that one `solve` is given: loads
-    # over more decades come in several calls, each with a geometry sized for its own contacts.
     span: ClassVar[float] = 8.0
-    # Cells of all realisations of a task up to which sharing a set-up among them is worth while:
-    # beyond, smaller tasks lose less when they are killed, and spread better.
     shared_cells: ClassVar[float] = math.inf
 
     def __init__(self, scene: Scene) -> None:

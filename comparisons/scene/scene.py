@@ -355,9 +355,9 @@ def load_scene(
 ) -> Scene:
     """Read a scene from a file, by the name of a built-in one, or from its tables.
 
-    Files of tables are relative to the working folder; a scene is changed. `overrides`: dotted path
-    of a key -> value, put in before validation, as {"methods.fem.penalty": 10}. SceneError lists
-    every problem of the scene.
+    A str is a name from `builtin_names`, else a path. Files of tables are relative to the working
+    folder; a scene is changed. `overrides`: dotted path of a key -> value, put in before
+    validation, as {"methods.fem.penalty": 10}. SceneError lists every problem of the scene.
     """
     if isinstance(source, Scene) and not overrides:
         return source

@@ -59,8 +59,8 @@ class Inquiries(Generic[A]):
         answers: Answers | None = None,
         received: Callable[[Done], None] | None = None,
     ) -> None:
-        self.answers: dict[str, A] = {}
-        # Why others came to no answer: the process of a job was ended again and again.
+        self.answers: dict[str, A] = {}  # of the inquiries that have ended
+        # Why the others came to no answer: the process of a job was ended again and again.
         self.lost: dict[str, str] = {}
         self._executor, self._answers = executor or SerialExecutor(), answers or Answers()
         self._received = received

@@ -210,7 +210,10 @@ def timed(work: Callable[..., Any], arguments: tuple[Any, ...]) -> tuple[Any, fl
 
 
 def executor_for(workers: int = 1, scheduler: str | None = None) -> Executor:
-    """Return a cluster (by the address of a dask scheduler), processes here, or this process."""
+    """Return a cluster (by the address of a dask scheduler), processes here, or this process.
+
+    Processes work on one thread each.
+    """
     if scheduler is not None:
         from comparisons.solving.cluster import ClusterExecutor
 

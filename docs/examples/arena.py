@@ -149,12 +149,12 @@ def printed(folder: Path) -> Iterator[Row]:
 
 
 def text(made: Table) -> list[list[str]]:
-    """Return the rows of a table for Markdown; case, code and its time stand where they change."""
+    """Return the rows of a table for Markdown; case, code and time stand where they change."""
     body = [[cell.text for cell in one] for one in made.rows]
-    for upper, row in reversed(list(pairwise(body))):
-        if row[:2] == upper[:2]:
-            row[1] = row[-1] = ""
-        row[0] = "" if row[0] == upper[0] else row[0]
+    for upper, lower in reversed(list(pairwise(body))):
+        if (lower[:2], lower[-1]) == (upper[:2], upper[-1]):
+            lower[1] = lower[-1] = ""
+        lower[0] = "" if lower[0] == upper[0] else lower[0]
     return [[head.text for head in made.heads], *body]
 
 

@@ -87,8 +87,8 @@ def not_known_here(scene: SceneRecord) -> str:
     """Return that the reduced model can agree by chance only, and what is known; else ""."""
     if not (reason := scene.by_chance(MODEL)):
         return ""
-    known = in_words(nearest_to(scene), scene.tolerance)
-    return " ".join(filter(None, [f"Not known here: {reason}: agreement is chance.", known]))
+    said = f"Not known here, because agreement is chance: {reason}."
+    return " ".join(filter(None, [said, in_words(nearest_to(scene), scene.tolerance)]))
 
 
 def _bodies(scene: Scene) -> Iterator[tuple[str, str]]:

@@ -50,7 +50,7 @@ def sheet_text(sheet: Sheet) -> str:
 
 def _bars(sheet: Sheet) -> str:
     """Say what the bars of a published reference stand for."""
-    from comparisons.results.record import is_calibrated
+    from comparisons.results.record import is_calibrated  # reads results: not for a list
 
     bars = [bar for known in sheet.reference.values() for bar in known.bars]
     if max(bars, default=0.0) <= NOTHING_UNKNOWN:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Iterable
 from typing import Any
 
 from comparisons.errors import InputError
@@ -33,14 +34,16 @@ def print_known(plans: list[Plan], as_json: bool, again: str) -> int:
     """Say what is known of each plan without solving anything; `again` is the command that does."""
     answers = {plan.scene.name: known_of(plan) for plan in plans}
     if as_json:
-        print(json.dumps([_document(name, known) for name, known in answers.items()], indent=1))
+        documents = [
+            _document(plan.scene.name, answers[plan.scene.name], plan.notes) for plan in plans
+        ]
+        print(json.dumps(documents, indent=1))
         return FINE
     for plan in plans:
         text = in_words(answers[plan.scene.name], plan.scene.compare.tolerance) or NOTHING
         terminal.print_text(f"{plan.scene.name}: {text}")
-        for note in plan.notes:
-            if note.startswith((CHECK, STRAINED)):
-                terminal.print_text(f"{plan.scene.name}: {note}")
+        for note in _warnings(plan.notes):
+            terminal.print_text(f"{plan.scene.name}: {note}")
     say(f"To be sure: {again}")
     return FINE
 
@@ -67,7 +70,7 @@ def advise_all(plans: list[Plan], effort: Effort, as_json: bool) -> int:
     if as_json:
         documents = [
             advise(record).document(record.name)
-            | {"nearest": _document(record.name, answers.get(record.name, []))["nearest"]}
+            | _document(record.name, answers.get(record.name, []), record.plan.notes)
             for record in records
         ]
         print(json.dumps(documents, indent=1))
@@ -82,5 +85,11 @@ def _settled(plan: Plan, solved: Solved) -> bool:
     return advice.cheapest is not None or not advice.quantities
 
 
-def _document(name: str, known: list[Nearest]) -> dict[str, Any]:
-    return {"scene": name, "nearest": [answer.document for answer in known]}
+def _warnings(notes: Iterable[str]) -> list[str]:
+    """Return the notes of a plan that doubt its input, or the premise of all methods."""
+    return [note for note in notes if note.startswith((CHECK, STRAINED))]
+
+
+def _document(name: str, known: list[Nearest], notes: Iterable[str]) -> dict[str, Any]:
+    nearest_ones = [answer.document for answer in known]
+    return {"scene": name, "nearest": nearest_ones, "notes": _warnings(notes)}

@@ -174,26 +174,28 @@ def print_solution(result: SingleResult) -> None:
 
 
 def print_claims(record: ClaimsRecord, report: Path) -> None:
-    """Print the verdicts with their numbers, disagreements, and the path of the report.
+    """Print disagreements, the verdicts with their numbers, and the path of the report.
 
-    Of more claims than a screen holds the verdicts are counted.
+    Of more claims than a screen holds a terminal shows those that differ, and counts the verdicts.
     """
     from reports.tables.claims import claims
 
     console = _console()
-    if len(record.claims) > SCREEN:
-        counts = Counter(claim.verdict for claim in record.claims).most_common()
-        told = ", ".join(f"{number} {verdict}" for verdict, number in counts)
-        console.print(f"{len(record.claims)} claims: {told}", markup=False, highlight=False)
-        _print_path(console, report, record.seconds)
-        return
     for claim in record.claims:
         for text in claim.disagreements:
-            console.print(f"{claim.id}: {text}", style="bold", markup=False)
-    # Findings are sentences: they wrap in a file, too, beside ids and verdicts in one piece.
-    width = console.width if console.is_terminal else min(console.width, WIDE)
-    console.print(drawn(claims(record), unfolded=not console.is_terminal), width=width)
-    console.print()
+            console.print(f"{claim.id}: {text}", style="bold", markup=False, highlight=False)
+    shown = record.claims
+    if console.is_terminal and len(shown) > SCREEN:
+        counts = Counter(claim.verdict for claim in shown).most_common()
+        told = ", ".join(f"{number} {verdict}" for verdict, number in counts)
+        console.print(f"{len(shown)} claims: {told}", markup=False, highlight=False)
+        shown = [claim for claim in shown if claim.differs]
+    if shown:
+        # Findings are sentences: they wrap in a file, too, beside ids and verdicts in one piece.
+        width = console.width if console.is_terminal else min(console.width, WIDE)
+        rows = claims(record.model_copy(update={"claims": shown}))
+        console.print(drawn(rows, unfolded=not console.is_terminal), width=width)
+        console.print()
     _print_path(console, report, record.seconds)
 
 

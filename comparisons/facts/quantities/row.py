@@ -22,12 +22,16 @@ class Contact(Protocol):
 
 @dataclass(frozen=True)
 class Derived:
-    """The derivation of a quantity from others, used if a method has not computed it."""
+    """The derivation of a quantity from others, used if a method has not computed it.
 
-    of: str | tuple[str, ...]  # the quantities it depends on
-    # Computes its values from all known curves and the scene.
+    of: the quantities it depends on.
+    by: computes its values from all known curves and the scene.
+    round_only: valid for circular contacts only.
+    """
+
+    of: str | tuple[str, ...]
     by: Callable[[Curves, Contact], np.ndarray]
-    round_only: bool = False  # valid for circular contacts only
+    round_only: bool = False
 
     @property
     def needs(self) -> frozenset[str]:
@@ -40,11 +44,12 @@ class Bins:
     """The bins of a distribution: equal steps of the logarithm of a value over its scale.
 
     They are the same for all methods on a scene, and histograms over many surfaces add up.
+
+    scale: E* h', the rms height, the nominal area A0.
+    low, high: ends, in units of the scale; what lies beyond counts to the outer bins.
     """
 
-    # E* h', the rms height, the nominal area A0.
     scale: Literal["pressure", "height", "area"]
-    # Ends, in units of the scale; what lies beyond counts to the outer bins.
     low: float
     high: float
 
@@ -61,28 +66,39 @@ class Quantity:
 
     Beside a column ``force`` stand ``error_force`` and ``reference_uncertainty_force``, and
     ``stderr_force`` of an ensemble.
+
+    name: of its column.
+    label, symbol: what it is called in text, on axes and in tables.
+    unit: base SI: "m", "m2", "N", "N/m", "J", "Pa", "s", "B" or "" for a pure number.
+    comparable: a scene may name it in ``compare.quantities``.
+    default: it is compared where an elastic scene names none.
+    physics: only scenes with one of these tables have it; every scene, where there is none.
+    load: it may be prescribed, as such a load.
+    counterpart: where it is prescribed itself: at which other load it is compared, and all else
+    once more.
+    field: it is compared as a field at the last load, not as a curve.
+    norm: its error is the distance of two fields, which has no sign.
+    single: it is one value of a whole scene, the same at every step.
+    signed: it passes zero, so that relative changes of it mean nothing.
+    only: why who asks for it may ask in vain.
+    bins: it is a distribution over the surface, in these bins; of rough surfaces only.
     """
 
-    name: str  # of its column
-    # What it is called in text, on axes and in tables.
+    name: str
     label: str
     symbol: str = ""
-    unit: str = ""  # base SI: "m", "m2", "N", "N/m", "J", "Pa", "s", "B" or "" for a pure number
-    comparable: bool = False  # a scene may name it in ``compare.quantities``
-    default: bool = False  # it is compared where an elastic scene names none
-    # Only scenes with one of these tables have it; every scene, where there is none.
+    unit: str = ""
+    comparable: bool = False
+    default: bool = False
     physics: tuple[str, ...] = ()
-    # It may be prescribed, as such a load.
     load: Literal["", "normal", "tangential"] = ""
-    # Where it is prescribed itself: at which other load it is compared, and all else once more.
     counterpart: str = ""
-    field: bool = False  # it is compared as a field at the last load, not as a curve
-    norm: bool = False  # its error is the distance of two fields, which has no sign
-    single: bool = False  # it is one value of a whole scene, the same at every step
-    signed: bool = False  # it passes zero, so that relative changes of it mean nothing
-    only: str = ""  # why who asks for it may ask in vain
+    field: bool = False
+    norm: bool = False
+    single: bool = False
+    signed: bool = False
+    only: str = ""
     derived: Derived | None = None
-    # It is a distribution over the surface, in these bins; of rough surfaces only.
     bins: Bins | None = None
 
     def title(self, unit: str) -> str:

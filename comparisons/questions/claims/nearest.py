@@ -171,7 +171,7 @@ def in_words(answers: list[Nearest], tolerance: float) -> str:
         label = quantity(answer.quantity).label
         groups.setdefault((answer.word, number, answer.place), []).append(label)
     parts = [
-        f"error of {' and '.join(labels)} {number} at {place}, "
+        f"error of {fmt.listed(labels)} {number} at {place}, "
         f"{word}{' at' if word == NOT_RESOLVED else ''} {fmt.tolerance(tolerance)}"
         for (word, number, place), labels in groups.items()
     ]

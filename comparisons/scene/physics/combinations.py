@@ -55,10 +55,13 @@ def combination_problems(data: Mapping[str, Any]) -> Iterator[str]:
         one_body = [name for name in tables if TABLES[name].one_body]
         if "counter_body" in data and one_body:
             alike = data["counter_body"] == data.get("half_space") and "friction" in one_body
+            instead = (
+                "; two equal bodies act as one of half the modulus on a rigid one: drop "
+                'counter_body, halve E, set friction.coupling = "none"'
+            )
             yield (
                 f"counter_body: expected no {_either(one_body)} beside it: only the moduli of "
-                "frictionless elastic bodies add up to one"
-                + ('; two equal ones are one of half E, with coupling = "none"' if alike else "")
+                f"frictionless elastic bodies add up to one{instead if alike else ''}"
             )
         half_space = data.get("half_space")
         for key in DEPTH_KEYS:

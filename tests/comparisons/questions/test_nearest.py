@@ -146,6 +146,9 @@ def test_advise_says_it_first_and_can_end_there(capsys, monkeypatch):
     assert document["nearest"][0]["word"] == OUTSIDE
     assert run_command(["advise", "sphere", "--known"]) == 0
     assert "small slopes and strains" in " ".join(capsys.readouterr().out.split())  # a/R = 0.45
+    assert run_command(["advise", "sphere", "--known", "--json"]) == 0
+    (document,) = json.loads(capsys.readouterr().out)
+    assert "small slopes and strains" in " ".join(document["notes"])
     assert run_command(["advise", "triangle-punch", "--known"]) == 0
     assert "no claim has measured such a scene" in capsys.readouterr().out
     assert in_words([], 0.01) == ""

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from comparisons.facts.quantities import quantity
+from comparisons.questions.claims.record import FAILS, HOLDS, STORED, load_claims_record
 from comparisons.questions.single import solve_scene
 from comparisons.questions.study import Study
 from comparisons.results.finding import finding
@@ -115,6 +116,27 @@ def test_many_scenes_are_told_in_25_lines(capsys, record):
     told = capsys.readouterr().out
     assert len(told.splitlines()) <= 25
     assert "axisymmetric bodies (40 scenes)" in told
+
+
+def test_of_many_claims_the_culprits_are_named(capsys, monkeypatch):
+    """A terminal counts what is as expected; a file, such as a log of CI, has a line for each."""
+    every = load_claims_record(STORED)
+    odd = next(claim for claim in every.claims if claim.verdict == FAILS)
+    rest = [claim for claim in every.claims if claim is not odd]
+    odd = odd.model_copy(update={"expected": HOLDS})
+    record = every.model_copy(update={"claims": [odd, *rest]})
+    monkeypatch.setenv("COLUMNS", "1000")
+    for is_terminal in ("0", "1"):
+        monkeypatch.setenv("TTY_COMPATIBLE", is_terminal)
+        terminal.print_claims(record, Path("report.html"))
+        told = capsys.readouterr().out
+        assert "fails, expected holds" in told
+        for text in (text for claim in rest for text in claim.disagreements):
+            assert text in told
+        assert odd.id in told
+        rows = {claim.id for claim in rest}.intersection(told.split())
+        assert len(rows) == (0 if is_terminal == "1" else len(rest))
+    assert f"{len(record.claims)} claims: " in told
 
 
 def test_a_solution_is_printed_in_prefixed_units(capsys):

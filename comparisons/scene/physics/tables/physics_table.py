@@ -18,21 +18,27 @@ class PhysicsTable(SceneTable):
 
     A subclass with a `key` is a table of scenes, its fields are the table's keys; unknown ones are
     errors. Methods solve scenes with it where their solvers name it in `physics`.
+
+    key: the name of the table.
+    place: where plans name it among others, of whose `compared` the first counts; new ones come
+    last.
+    compared: what is compared where a scene does not say, in place of an elastic scene's
+    quantities.
+    adds: what is compared beside those, where no table of the scene replaces them.
+    apart: other tables that contradict this one, or with which nothing here could be meant -> why.
+    two_constants: why one elastic constant, E*, does not do; "" where it does.
+    remembers: what a normal load does depends on those before it: loads are a path, in the order
+    given.
+    one_body: with it the properties of two elastic bodies do not add up to one E*.
     """
 
-    key: ClassVar[str] = ""  # the name of the table
-    # Where plans name it among others, of whose `compared` the first counts; new ones come last.
+    key: ClassVar[str] = ""
     place: ClassVar[float] = math.inf
-    # What is compared where a scene does not say, in place of an elastic scene's quantities.
     compared: ClassVar[tuple[str, ...]] = ()
-    # What is compared beside those, where no table of the scene replaces them.
     adds: ClassVar[tuple[str, ...]] = ()
-    # Other tables that contradict this one, or with which nothing here could be meant -> why.
     apart: ClassVar[Mapping[str, str]] = {}
-    two_constants: ClassVar[str] = ""  # why one elastic constant, E*, does not do; "" where it does
-    # What a normal load does depends on those before it: loads are a path, in the order given.
+    two_constants: ClassVar[str] = ""
     remembers: ClassVar[bool] = False
-    # With it the properties of two elastic bodies do not add up to one E*.
     one_body: ClassVar[bool] = False
 
     @property
