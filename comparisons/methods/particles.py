@@ -43,7 +43,7 @@ def contact_step(
         history=list(contact.history),
     )
     # that of the automata, not what the operator would make of their pressure
-    vars(cells)["displacement"] = contact.displacement[numbers].reshape(shape)
+    cells = cells.with_displacement(contact.displacement[numbers].reshape(shape))
     counted = float(np.count_nonzero(contact.active)) * body.spacing**2
     values = {
         "penetration": contact.penetration,

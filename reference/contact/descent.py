@@ -29,7 +29,7 @@ from scipy import fft
 
 from reference.contact.body import Convolution, ElasticBody, power_of_two, quarter
 from reference.contact.extension import Extension
-from reference.contact.pieces import sums, sweep
+from reference.contact.pieces import each_piece, sums
 from reference.errors import ConvergenceError
 
 Field = NDArray[np.float64]
@@ -129,10 +129,10 @@ def descend(
             displacement = np.asarray(body.convolution(np.float64)(start), dtype=np.float64)
             double += 1
         moved = displacement.reshape(-1)
-        heights, loaded = sums(sweep(_displace, moved, pressure, gaps, body.unit))
+        heights, loaded = sums(each_piece(_displace, moved, pressure, gaps, body.unit))
         if by_force:
             depth = heights / loaded if loaded else np.nan
-        worst = max(sweep(_violation, moved, pressure, gaps, unilateral, depth, cap))
+        worst = max(each_piece(_violation, moved, pressure, gaps, unilateral, depth, cap))
         if not np.isfinite([worst, depth]).all():
             raise ConvergenceError("the contact iteration exceeded the range of numbers", history)
         violation, enough = worst / depth if depth > 0 else np.inf, tolerance
@@ -160,7 +160,9 @@ def descend(
         length = power_of_two(worst)
         unit = length / body.unit
         clearance, lower = (np.empty(gaps.size, dtype) for _ in range(2))
-        sweep(_prepare, clearance, lower, moved, pressure, gaps, unilateral, depth, length, unit)
+        each_piece(
+            _prepare, clearance, lower, moved, pressure, gaps, unilateral, depth, length, unit
+        )
         del displacement, moved  # the iteration needs their memory
         room = float(np.asarray(cap / unit, dtype))
         correction, violations, convolutions, stalled = _conjugate_gradients(
@@ -179,7 +181,9 @@ def descend(
         single += convolutions if dtype == np.float32 else 0
         double += convolutions if dtype == np.float64 else 0
         history += violations
-        sweep(_accept, pressure, correction, lower, unilateral, unit, cap, lower.dtype.type(room))
+        each_piece(
+            _accept, pressure, correction, lower, unilateral, unit, cap, lower.dtype.type(room)
+        )
         del clearance, correction, lower
     if violation > enough and not partial:
         raise ConvergenceError(
@@ -230,14 +234,14 @@ def _conjugate_gradients(  # noqa: PLR0913
         # free where the shape lets go. A fixed sum moves the depth by the mean of loaded cells
         shift = 0.0
         if fixed_sum:
-            heights, loaded = sums(sweep(_loaded, clearance, correction, lower))
+            heights, loaded = sums(each_piece(_loaded, clearance, correction, lower))
             shift = heights / loaded if loaded > 0 else 0.0
         moved = number(shift)
-        parts = sweep(_residual, clearance, correction, lower, residual, free, moved, most)
+        parts = each_piece(_residual, clearance, correction, lower, residual, free, moved, most)
         worst = max(of_piece[2] for of_piece in parts)
         heights, count = sums(parts)[:2]
         if fixed_sum and count > 0:
-            sweep(_level, residual, free, number(heights / count))
+            each_piece(_remove_mean, residual, free, number(heights / count))
         history.append(worst / (depth + shift) if depth + shift > 0 else np.inf)
         if worst <= goal:
             return correction, history, convolutions, False
@@ -255,7 +259,7 @@ def _conjugate_gradients(  # noqa: PLR0913
                 opened = empty
                 uniform = free.astype(clearance.dtype)
                 kernel(uniform.reshape(shape), image_map)
-                mean = sum(sweep(_product, uniform, image))
+                mean = sum(each_piece(_product, uniform, image))
                 if mean > 0:  # not so below cells of waves that the body does not feel
                     inverse.transfer[0, 0] = settle * count / mean
                 convolutions += 1
@@ -274,7 +278,7 @@ def _conjugate_gradients(  # noqa: PLR0913
         # the restarts of Polonsky and Keer, rough contacts take up to four times as many iterations
         maps = scaled, direction, free, residual
         sum_scaled, sum_direction, sum_previous, now, crossed = sums(
-            sweep(_products, *maps, previous)
+            each_piece(_products, *maps, previous)
         )
         # with a fixed sum all directions sum to zero on the free set, like the residual
         mean = sum_scaled / count if fixed_sum else 0.0
@@ -282,20 +286,20 @@ def _conjugate_gradients(  # noqa: PLR0913
         beta = max(0.0, (now - crossed) / slope) if slope > 0 else 0.0
         offset = mean + beta * sum_direction / count if fixed_sum else 0.0
         slope = now
-        ahead = float(sum(sweep(_combine, *maps, number(offset), number(beta))))
+        ahead = float(sum(each_piece(_combine, *maps, number(offset), number(beta))))
         if not ahead > _ALIGNED * now:
-            ahead = float(sum(sweep(_combine, *maps, number(mean), number(0.0))))
+            ahead = float(sum(each_piece(_combine, *maps, number(mean), number(0.0))))
         if not ahead > 0:
             return correction, history, convolutions, True
 
         # step to the minimum along it, cut off at the bounds
         kernel(direction.reshape(shape), image_map)
         convolutions += 1
-        curvature = float(sum(sweep(_product, direction, image)))
+        curvature = float(sum(each_piece(_product, direction, image)))
         if not curvature > 0:
             return correction, history, convolutions, True
         length = number(ahead / curvature)
-        parts = sweep(_advance, image, clearance, correction, lower, direction, length, most)
+        parts = each_piece(_advance, image, clearance, correction, lower, direction, length, most)
         added, excess, loads = sums(parts)
 
         # the image is now what the bounds added to the pressure: take it from the loaded cells
@@ -306,7 +310,7 @@ def _conjugate_gradients(  # noqa: PLR0913
             cut_off, least = image_map, _LEFT * added
             tries = _SHIFTS[fixed_sum] if inverse is not None and not cautious else 0
             for _ in range(tries):
-                between = sweep(_between, correction, lower, free, most)
+                between = each_piece(_between, correction, lower, free, most)
                 if not added > least or not sum(between):
                     break
                 if period.shape != shape:
@@ -315,11 +319,13 @@ def _conjugate_gradients(  # noqa: PLR0913
                     cut_off = period
                 extension.cover(free_map, free_map)
                 extension.restrict(cut_off, free_map, previous.reshape(shape))
-                added, excess, loads = sums(sweep(_shift, image, correction, lower, previous, most))
+                added, excess, loads = sums(
+                    each_piece(_shift, image, correction, lower, previous, most)
+                )
                 cut_off = previous.reshape(shape)
             if fixed_sum:
                 share = -excess / loads if loads > 0 else 0.0
-                sweep(_rescale, image, correction, lower, number(share))
+                each_piece(_rescale, image, correction, lower, number(share))
             kernel(image_map, image_map)
             convolutions += 1
             clearance += image
@@ -457,7 +463,7 @@ def _largest(values):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=_REORDER)
-def _level(residual, free, mean):
+def _remove_mean(residual, free, mean):
     """Take the mean from the residual on the free set."""
     for k in range(residual.size):
         residual[k] += mean * residual.dtype.type(free[k])

@@ -82,7 +82,7 @@ def rows_of(width: int) -> int:
     return max(1, SIZE // width)
 
 
-def sweep(work: Callable[..., Any], *arguments: Any) -> list[Any]:
+def each_piece(work: Callable[..., Any], *arguments: Any) -> list[Any]:
     """Return what a compiled loop makes of every piece of the flat maps among its arguments."""
     size = arguments[0].size
     if size <= SIZE:
@@ -95,5 +95,5 @@ def sweep(work: Callable[..., Any], *arguments: Any) -> list[Any]:
 
 
 def sums(parts: list[Any]) -> Any:
-    """Return the sums of the tuples that `sweep` gives, one for every piece."""
+    """Return the sums of the tuples that `each_piece` gives, one for every piece."""
     return parts[0] if len(parts) == 1 else tuple(map(sum, zip(*parts, strict=True)))

@@ -76,6 +76,12 @@ class Contact:
         """Displacement of all cells, positive into the body."""
         return self.operator.apply(self.pressure)
 
+    def with_displacement(self, displacement: Field) -> Contact:
+        """Return the contact with its displacement, which need not be computed then."""
+        known = replace(self)
+        vars(known)["displacement"] = displacement
+        return known
+
     def forget_displacement(self) -> None:
         """Give its memory back; it is computed again when asked for, to the same digits."""
         vars(self).pop("displacement", None)
@@ -285,8 +291,7 @@ def _descend(
         pressure = np.full(body.shape, value / (gap.size * body.cell_area))
         force = float(pressure.sum() * body.cell_area)
         contact = Contact(0.0, force, pressure, 0, 0.0, body, gap, [0.0])
-        vars(contact)["displacement"] = np.zeros(body.shape)
-        return contact
+        return contact.with_displacement(np.zeros(body.shape))
     if lowest > 0:
         depth = value - lowest if control == "penetration" else value
         near = _descend(body, gap - lowest, control, depth, start, cap, *effort)
@@ -336,9 +341,7 @@ def _descend(
                 history=found.history,
                 convolutions=(found.single, found.double),
             )
-            if part is body:
-                vars(contact)["displacement"] = found.displacement
-            return contact
+            return contact.with_displacement(found.displacement) if part is body else contact
         reach, start = 1.2 * found.depth, pressure
 
 
@@ -389,9 +392,9 @@ def _starting_pressure(
         tolerance = _COARSE_TOLERANCE * min(1.0, _COARSE_SIDE / max(points.shape))
         effort = {"tolerance": tolerance, "max_iterations": _COARSE_ITERATIONS}
         try:
-            descend(coarse, points, below, control, value, **effort, partial=True)
+            reached = descend(coarse, points, below, control, value, **effort, partial=True)
             finer = np.empty(body.shape)
-            _interpolate(below, finer, body.periodic)
+            _interpolate(reached.pressure, finer, body.periodic)
             return finer, False
         except ConvergenceError:
             pass
@@ -548,9 +551,8 @@ def _from_first_touch(contact: Contact, gap: Field) -> Contact:
         violation=contact.violation * share,
         initial_gap=gap,
     )
-    if "displacement" in vars(contact):
-        vars(moved)["displacement"] = contact.displacement
-    return moved
+    known = "displacement" in vars(contact)
+    return moved.with_displacement(contact.displacement) if known else moved
 
 
 def assemble(
@@ -575,8 +577,7 @@ def assemble(
         initial_gap=gap,
         history=list(history),
     )
-    vars(contact)["displacement"] = displacement
-    return contact
+    return contact.with_displacement(displacement)
 
 
 def violation(clearance: Field, mask: Mask, finite: Mask, penetration: float) -> float:

@@ -1,5 +1,8 @@
 """Finite elements: an elastic half-space condensed onto its contact points, and rigid shapes on it.
 
+All but the surface is eliminated: of any mesh by nested dissection (`condensation`), of a grid that
+repeats wave by wave (`columns`).
+
 >>> import numpy as np
 >>> from reference.loads import LoadPath
 >>> body = half_space_body(RingMesh(contact_radius=1.0), Material(1.0, 0.3))

@@ -97,7 +97,7 @@ def along(
         overlap = np.where(contact.pressure >= hardness, np.maximum(-contact.gap, 0.0), 0.0)
         sunk = sunk + overlap
         whole = replace(contact, initial_gap=contact.initial_gap + overlap)
-        vars(whole)["displacement"] = contact.displacement
+        whole = whole.with_displacement(contact.displacement)
         work += 0.5 * (contact.force + before.force) * (contact.penetration - before.penetration)
         yield Dent(
             whole,

@@ -259,6 +259,10 @@ WRONG = {
             ("per_radius", "smallest"),
             lambda: Walk(PlasticMaterial(STEEL, 2e-3), np.square, 1.0, smallest=2.0, per_radius=1),
         ),
+        (
+            "either a penetration or a force",
+            lambda: Walk(PlasticMaterial(STEEL, 2e-3), np.square, 1.0, per_radius=2).step_to(None),
+        ),
     ],
     "particles": [("poisson_ratio must", partial(Elastic, nu)) for nu in (0.5, 0.6, -1.0, np.nan)]
     + [
