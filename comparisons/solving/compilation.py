@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from comparisons.facts.methods import METHODS
+from comparisons.geometry.prepare import RoughGeometry
 from comparisons.isolation import parent
 from comparisons.machine import source_digest, versions
 from comparisons.solving.shared import alone
@@ -24,6 +25,7 @@ from comparisons.tasks.task import Task
 
 _WORK = "comparisons.solving.compilation:compile_for"
 _SECONDS = 900.0
+_ENOUGH = 256  # points a side
 # Seconds to wait for a process that compiles: the longest functions take a few. One that is stopped
 # holds others up so long, for one function, and they compile it themselves.
 _PATIENCE = 60.0
@@ -70,11 +72,18 @@ def compile_apart(task: Task) -> float:
 def compile_for(task: Task) -> dict[str, bool]:
     """Compile what a task needs, by solving its first realisation in a process of its own.
 
-    A warm-up alone would miss what only some loads need (single precision, late corrections).
+    A warm-up alone would miss what only some loads need (single precision, late corrections). Of a
+    large map every second, fourth ... point does: what it runs does not depend on their number.
     """
     from comparisons.solving.execution import execute
 
-    alone = replace(task, realisations=task.realisations[:1], with_body=False)
+    points, geometry = task.resolution, task.geometry
+    if isinstance(geometry, RoughGeometry) and METHODS[task.method].dimension == 3:
+        own = geometry.points
+        points = min(points, own[0])
+        while points > _ENOUGH and not any(n % (2 * own[0] // points) for n in own):
+            points //= 2
+    alone = replace(task, realisations=task.realisations[:1], with_body=False, resolution=points)
     return {"solved": bool(execute(alone, repeats=1).converged.any())}
 
 
