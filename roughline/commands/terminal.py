@@ -85,7 +85,7 @@ def print_study(
         for note in doubtful(scene.plan.notes):
             console.print(f"{scene.name}: {note}", markup=False, highlight=False)
         for sentence in scene.disagreements:
-            console.print(f"{scene.name}: {sentence}", style="bold", markup=False)
+            console.print(f"{scene.name}: {sentence}", style="bold", markup=False, highlight=False)
         if wide := wide_truth(scene, record.effort):
             console.print(f"{scene.name}: {wide}", markup=False, highlight=False)
     methods = methods_of(record.scenes)
