@@ -513,7 +513,7 @@ def test_a_method_of_ones_own_has_its_verdict_beside_the_reduced_model(capsys, t
     print_study(study, [], verbose=True)
     told = capsys.readouterr().out
     (row,) = [line for line in told.splitlines() if "140\u202f%" in line and "outside 1" in line]
-    assert told.index("The Winkler foundation") < told.index(row)
+    assert told.index("Winkler foundation") < told.index(row)
     assert "outside 1\u202f%" in row
     (row,) = [line for line in told.splitlines() if " no " in line and "140\u202f%" in line]
     assert told.index("Winkler foundation\n") < told.index(row)
