@@ -144,7 +144,7 @@ def test_a_method_that_is_given_runs_where_others_are_named_and_is_judged_by_the
     assert scene.reference.method == "closed_form"
     assert scene.judged_methods == ["reduced", "winkler"]
     assert worst(scene.verdicts_on("winkler")).word == "outside"
-    assert "The Winkler foundation" in capsys.readouterr().out
+    assert "Winkler foundation" in capsys.readouterr().out
 
 
 @pytest.mark.slow
