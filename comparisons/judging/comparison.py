@@ -16,7 +16,7 @@ from comparisons.judging.distributions import distribution_rows, field_bar, fiel
 from comparisons.judging.levels import Levels
 from comparisons.judging.metrics import rms_and_maximum
 from comparisons.judging.reference import Bar, Verification, verified
-from comparisons.judging.truth import Truth, choose_truth
+from comparisons.judging.truth import EXACT, Truth, choose_truth
 from comparisons.judging.uncertainty import combined
 from comparisons.judging.verdicts import LAST_LOAD, NEVER, Verdict, judged
 from comparisons.methods.normal.proved import enclosures_asked_for
@@ -30,7 +30,6 @@ MOST_COARSE = 20
 BARS = "reference_uncertainty"
 # Of values of single surfaces, and of their errors: their scatter is in the second.
 DIGITS, ERROR_DIGITS = 8, 5
-_ROUNDING = 1e-12  # of a load that is reached
 
 
 @dataclass(frozen=True)
@@ -173,7 +172,7 @@ def _columns(
     for name, values in plan.loads.columns.items():
         prescribed = np.tile(np.asarray(values, dtype=float), count)
         solved = columns.get(name, np.full(len(prescribed), np.nan))
-        other = np.abs(solved - prescribed) > _ROUNDING * np.abs(prescribed)
+        other = np.abs(solved - prescribed) > EXACT * np.abs(prescribed)
         columns[name] = np.where(other, solved, prescribed)
     columns["reference"] = "" if truth is None else truth.label
     if truth is None:
