@@ -703,7 +703,7 @@ def test_control_c_and_term_are_code_3_and_what_is_done_can_be_gone_on_with(tmp_
         time.sleep(0.05)
     process.send_signal(press)
     _, complaint = process.communicate(timeout=60)
-    assert process.returncode == 3
+    assert process.returncode == 3, complaint
     assert complaint.endswith("interrupted; finished solves are kept, continue with --resume\n")
     assert load_study(tmp_path / "o").interrupted
     assert (tmp_path / "o" / "report.html").exists()
