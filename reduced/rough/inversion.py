@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 
 from reduced.rough import walk as line_walk
-from reduced.rough.walk import Ends, walk
+from reduced.rough.walk import HIGHEST, LOWEST, PIECE, TOTAL, Ends, extremes, turn, walk
 
 PENETRATION, FORCE, MEAN_GAP = range(3)
 PENETRATIONS, FORCES, AREAS, LENGTHS, LONGESTS, GAPS, ENERGIES, STIFFNESSES = range(8)
@@ -26,6 +26,7 @@ _FINISHED, _AGREED = 5e-14, 1e-13
 # verifies this.
 _PROMISING_CUT, _PROMISING_WHOLE = 1e-5, 1e-7
 _COARSE, _LADDER = 16, 64
+_LONG = 1024  # points from which the pieces of a line are measured
 _NEWTON = 100
 _PHI, _LENGTH, _RATE, _CELLS, _TOTAL = range(5)  # of `_add_up`
 _BOLD = 8  # steps that also use the rate of the contact length; plain Newton steps always converge
@@ -65,31 +66,31 @@ def press_lines(
     steps = np.zeros(lines)
     depth, d = np.empty(n), goals.copy()
     contact = np.empty((k + 1, line_walk.ROOM))
+    pieces = np.empty((n // PIECE if n >= _LONG else 0, 4))
     ordered, turned = orders.shape[1] > 0, control == MEAN_GAP
     forces = n * goals if turned else goals
     promising = _PROMISING_CUT if ends.sub_cell else _PROMISING_WHOLE
     for index in range(lines):
         row = first + index
         line = heights[row]
-        lowest, highest, mean = _extremes_and_mean(line)
+        (lowest, highest), mean = extremes(line), _mean(line)
         mean_depth = mean - lowest if turned else highest - mean
         if control != PENETRATION:
-            for i in range(n):
-                depth[i] = line[i] - lowest if turned else highest - line[i]
+            level, sign = (lowest, -1.0) if turned else (highest, 1.0)
+            turn(line, level, sign, ends.sub_cell, depth, pieces)
             if ordered:
                 _roots(depth, orders[index], turned, forces, ends, d)
             else:
-                _first_guess(depth, forces, mean_depth, ends, d)
+                _first_guess(depth, pieces, forces, mean_depth, ends, d)
                 enough = _FINISHED if turned else promising
-                steps[index] = _refine(depth, forces, mean_depth, ends, enough, d)
+                steps[index] = _refine(depth, pieces, forces, mean_depth, ends, enough, d)
             _settle(d, highest - lowest, turned)
         if control != FORCE:
-            for i in range(n):
-                depth[i] = highest - line[i]
+            turn(line, highest, 1.0, ends.sub_cell, depth, pieces)
         start = 0
         while ends.periodic and line[start] != lowest:
             start += 1
-        walk(depth, start, d, ends, contact)
+        walk(depth, pieces, start, d, ends, contact)
         if control == FORCE:
             # the largest further relative step of Newton's method, by the force of the walk
             largest = 0.0
@@ -98,9 +99,9 @@ def press_lines(
                 largest = max(largest, excess / (contact[j, line_walk.LENGTH] * d[j]))
             steps[index] = largest
             if not steps[index] <= _AGREED:
-                steps[index] = _refine(depth, forces, mean_depth, ends, _FINISHED, d)
+                steps[index] = _refine(depth, pieces, forces, mean_depth, ends, _FINISHED, d)
                 _settle(d, 0.0, turned)
-                walk(depth, start, d, ends, contact)
+                walk(depth, pieces, start, d, ends, contact)
         for j in range(k):  # mean gaps in reverse order
             to = k - 1 - j if turned else j
             force, length = contact[j, line_walk.FORCE], contact[j, line_walk.LENGTH]
@@ -131,31 +132,27 @@ def _settle(d, range_of_heights, turned):
         d[j] = max(d[j], d[j - 1])
 
 
-@njit(cache=True, fastmath={"nnan", "nsz"})  # heights are finite, so extrema can be vectorised
-def _extremes_and_mean(line):
-    """Return minimum, maximum and mean, summed in blocks to limit rounding."""
-    lowest = highest = line[0]
-    for h in line:
-        lowest = h if h < lowest else lowest
-        highest = h if h > highest else highest
+@njit(cache=True)
+def _mean(line):
+    """Return the mean, summed in blocks to limit rounding."""
     total = 0.0
     for begin in range(0, line.size, 512):
-        end = min(begin + 512, line.size)
-        quads = begin + (end - begin) // 4 * 4
+        block = line[begin : begin + 512]
+        quads = block.size // 4 * 4
         sums_0 = sums_1 = sums_2 = sums_3 = 0.0
-        for i in range(begin, quads, 4):
-            sums_0 += line[i]
-            sums_1 += line[i + 1]
-            sums_2 += line[i + 2]
-            sums_3 += line[i + 3]
-        for i in range(quads, end):
-            sums_0 += line[i]
+        for i in range(0, quads, 4):
+            sums_0 += block[i]
+            sums_1 += block[i + 1]
+            sums_2 += block[i + 2]
+            sums_3 += block[i + 3]
+        for h in block[quads:]:
+            sums_0 += h
         total += (sums_0 + sums_1) + (sums_2 + sums_3)
-    return lowest, highest, total / line.size
+    return total / line.size
 
 
 @njit(cache=True, error_model="numpy")
-def _refine(depth, goals, mean, ends, enough, d):
+def _refine(depth, pieces, goals, mean, ends, enough, d):
     """Refine penetrations d by Newton's method until the relative steps are `enough`.
 
     The first steps assume a quadratic force, as between two knots, the others a linear one.
@@ -173,7 +170,7 @@ def _refine(depth, goals, mean, ends, enough, d):
             loads[j] = load
         for i in range(loads.size):
             levels[i] = d[loads[i]]
-        _add_up(depth, levels[: loads.size], ends, sums)
+        _add_up(depth, pieces, levels[: loads.size], ends, sums)
         left = 0
         for i in range(loads.size):
             load = loads[i]
@@ -198,7 +195,7 @@ def _refine(depth, goals, mean, ends, enough, d):
 
 
 @njit(cache=True, error_model="numpy")
-def _first_guess(depth, goals, mean, ends, guess):
+def _first_guess(depth, pieces, goals, mean, ends, guess):
     """Return penetrations near the roots, interpolated between the levels of a ladder.
 
     With a cubic through force and slope at two levels, in logarithms because the force is nearly a
@@ -207,7 +204,7 @@ def _first_guess(depth, goals, mean, ends, guess):
     n = depth.size
     sums = np.empty((max(_COARSE, _LADDER) + 1, 5))
     rungs = _rungs(goals[0] / n, goals[-1] / n + mean, _COARSE)
-    _add_up(depth, rungs, ends, sums)
+    _add_up(depth, pieces, rungs, ends, sums)
     # A finer ladder around the roots.
     first, last = 0, _COARSE - 1
     while first < _COARSE - 2 and sums[first + 1, _PHI] < goals[0]:
@@ -215,7 +212,7 @@ def _first_guess(depth, goals, mean, ends, guess):
     while last > first + 1 and sums[last - 1, _PHI] >= goals[-1]:
         last -= 1
     rungs = _rungs(rungs[first], rungs[last], _LADDER)
-    _add_up(depth, rungs, ends, sums)
+    _add_up(depth, pieces, rungs, ends, sums)
     j = 1
     for i in range(goals.size):
         while j < _LADDER - 1 and sums[j, _PHI] < goals[i]:
@@ -303,7 +300,7 @@ def _add(total, carry, term):
 
 
 @njit(cache=True, error_model="numpy")
-def _add_up(depth, levels, ends, out):
+def _add_up(depth, pieces, levels, ends, out):
     """Compute force, contact length and its rate of growth at every level, in the first k rows.
 
     Contacts need not be distinguished: every cell, or whole spring, is added to the shallowest
@@ -323,35 +320,45 @@ def _add_up(depth, levels, ends, out):
     lower = levels[level - 1] if level > 0 else -np.inf
     upper = levels[level] if level < k else np.inf
     count = total = 0.0
-    for i in range(first, n):
-        z = depth[i]
-        if z < lower or z >= upper:
-            out[level, _CELLS] += count
-            out[level, _TOTAL] += total
-            count = total = 0.0
-            old = level
-            while level > 0 and levels[level - 1] > z:
-                level -= 1
-            while level < k and levels[level] <= z:
-                level += 1
-            if ends.sub_cell:
-                top, inverse = min(y, z), 1.0 / abs(z - y)
-                for j in range(min(old, level), max(old, level)):
-                    deflection = levels[j] - top
-                    part = deflection * inverse
-                    out[j, _PHI] += 0.5 * deflection * part
-                    out[j, _LENGTH] += part
-                    out[j, _RATE] += inverse
-                out[max(old, level), _CELLS] += 1.0
-                out[max(old, level), _TOTAL] += 0.5 * (y + z)
-            lower = levels[level - 1] if level > 0 else -np.inf
-            upper = levels[level] if level < k else np.inf
-            if ends.sub_cell:
-                y = z
-                continue
-        count += 1.0
-        total += 0.5 * (y + z) if ends.sub_cell else z
-        y = z
+    for begin in range(0, n, PIECE):
+        piece, end = begin // PIECE, min(begin + PIECE, n)
+        whole = 0 < piece < len(pieces)
+        if whole and pieces[piece, LOWEST] >= lower and pieces[piece, HIGHEST] < upper:
+            z = depth[end - 1]
+            change = 0.0 if ends.sub_cell else z - y
+            count += PIECE
+            total += 0.5 * (pieces[piece, TOTAL] + change)
+            y = z
+            continue
+        for i in range(max(begin, first), end):
+            z = depth[i]
+            if z < lower or z >= upper:
+                out[level, _CELLS] += count
+                out[level, _TOTAL] += total
+                count = total = 0.0
+                old = level
+                while level > 0 and levels[level - 1] > z:
+                    level -= 1
+                while level < k and levels[level] <= z:
+                    level += 1
+                if ends.sub_cell:
+                    top, inverse = min(y, z), 1.0 / abs(z - y)
+                    for j in range(min(old, level), max(old, level)):
+                        deflection = levels[j] - top
+                        part = deflection * inverse
+                        out[j, _PHI] += 0.5 * deflection * part
+                        out[j, _LENGTH] += part
+                        out[j, _RATE] += inverse
+                    out[max(old, level), _CELLS] += 1.0
+                    out[max(old, level), _TOTAL] += 0.5 * (y + z)
+                lower = levels[level - 1] if level > 0 else -np.inf
+                upper = levels[level] if level < k else np.inf
+                if ends.sub_cell:
+                    y = z
+                    continue
+            count += 1.0
+            total += 0.5 * (y + z) if ends.sub_cell else z
+            y = z
     out[level, _CELLS] += count
     out[level, _TOTAL] += total
     count = total = 0.0
