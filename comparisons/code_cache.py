@@ -35,11 +35,23 @@ def choose_folder() -> None:
     chosen = os.environ.get(VARIABLE, "")
     parent = Path(chosen).parent if Path(chosen).name.startswith(NAME) else Path(chosen)
     with contextlib.suppress(OSError):
-        if not (chosen and _may_write(parent)):
-            parent = _of_the_user()
+        if not (chosen and _may_write(parent)):  # the cache of the user
+            if sys.platform == "darwin":
+                caches = os.path.expanduser("~/Library/Caches")
+            else:
+                caches = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+            parent = Path(caches) / "roughline"
         if not _may_write(parent):
             parent = _in_the_temporary_folder()
-        folder = parent / f"{NAME}{_digest()}"
+        # Compiled functions call functions of files with Numba only, and use no constants of others
+        # (a test reads their imports).
+        digest = hashlib.sha256()
+        for package in COMPILED:
+            for path in sorted((HOME / package).rglob("*.py")):
+                content = path.read_bytes()
+                if b"numba" in content:
+                    digest.update(path.relative_to(HOME).as_posix().encode() + b"\0" + content)
+        folder = parent / f"{NAME}{digest.hexdigest()[:16]}"
         folder.mkdir(parents=True, exist_ok=True)
         os.utime(folder)
         os.environ[VARIABLE] = str(folder)
@@ -50,34 +62,12 @@ def choose_folder() -> None:
                 shutil.rmtree(other, ignore_errors=True)
 
 
-def _digest() -> str:
-    """Return a digest of all files that have to do with Numba.
-
-    Compiled functions call functions of such files only, and use no constants of others (a test
-    reads their imports).
-    """
-    digest = hashlib.sha256()
-    for package in COMPILED:
-        for path in sorted((HOME / package).rglob("*.py")):
-            content = path.read_bytes()
-            if b"numba" in content:
-                digest.update(path.relative_to(HOME).as_posix().encode() + b"\0" + content)
-    return digest.hexdigest()[:16]
-
-
 def _may_write(folder: Path) -> bool:
     """Tell whether files can be made in a folder, which itself may have to be made."""
     for place in (folder, *folder.parents):
         if os.path.exists(place):  # as far as we may look
             return os.path.isdir(place) and os.access(place, os.W_OK | os.X_OK)
     return False
-
-
-def _of_the_user() -> Path:
-    """Return our folder in the cache of the user."""
-    if sys.platform == "darwin":
-        return Path(os.path.expanduser("~/Library/Caches/roughline"))
-    return Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")) / "roughline"
 
 
 def _in_the_temporary_folder() -> Path:

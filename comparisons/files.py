@@ -45,7 +45,17 @@ def write_atomically(path: Path, write: Write) -> None:
             stream.flush()
             os.fsync(stream.fileno())
         # mkstemp makes private files; results are meant to be read by others.
-        Path(temporary).chmod(_permissions(path))
+        try:
+            replaced = path.lstat().st_mode
+        except FileNotFoundError:
+            replaced = 0
+        if stat.S_ISREG(replaced):
+            permissions = replaced & 0o777
+        else:  # those of any new file of this process
+            umask = os.umask(0)
+            os.umask(umask)
+            permissions = 0o666 & ~umask
+        Path(temporary).chmod(permissions)
         Path(temporary).replace(path)
     except BaseException as error:
         if temporary:
@@ -99,19 +109,6 @@ def _own_descriptor(path: Path) -> int | None:
             return None
         path = Path(folder) / path.readlink()
     raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), str(path))
-
-
-def _permissions(path: Path) -> int:
-    """Return those of the file that stands there, else those of any new file of this process."""
-    try:
-        replaced = path.lstat().st_mode
-    except FileNotFoundError:
-        replaced = 0
-    if stat.S_ISREG(replaced):
-        return replaced & 0o777
-    umask = os.umask(0)
-    os.umask(umask)
-    return 0o666 & ~umask
 
 
 def _name(error: BaseException, path: Path) -> None:

@@ -117,7 +117,12 @@ def prefix_for(values: Iterable[object] | object, unit: str, digits: int = 3) ->
     >>> prefix_for([0.0, float("nan")], "N")
     Scale(factor=1.0, unit='N')
     """
-    largest = _largest(values)
+    if isinstance(values, np.ndarray) and values.dtype == float:  # by far the most
+        sizes = np.abs(values[np.isfinite(values)])
+        largest = float(sizes.max(initial=0.0))
+    else:
+        items = np.asarray(values, dtype=object).ravel()
+        largest = max((abs(float(item)) for item in items if finite(item)), default=0.0)
     if not unit or largest == 0.0:
         return Scale(1.0, _superscript(unit))
     dimension = {"m2": 2, "m3": 3}.get(unit, 1)
@@ -130,15 +135,6 @@ def prefix_for(values: Iterable[object] | object, unit: str, digits: int = 3) ->
     if unit in {"s", "B"}:
         step = min(step, 0) if unit == "s" else max(step, 0)
     return Scale(10.0 ** (-3 * dimension * step), _PREFIXES[step] + _superscript(unit))
-
-
-def _largest(values: Iterable[object] | object) -> float:
-    """Return the largest magnitude of what is a finite number; 0 if nothing is."""
-    if isinstance(values, np.ndarray) and values.dtype == float:  # by far the most
-        sizes = np.abs(values[np.isfinite(values)])
-        return float(sizes.max(initial=0.0))
-    items = np.asarray(values, dtype=object).ravel()
-    return max((abs(float(item)) for item in items if finite(item)), default=0.0)
 
 
 def with_unit(value: object, unit: str, digits: int = 3) -> str:

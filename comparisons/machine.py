@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
 import platform
@@ -62,9 +63,15 @@ def source_digest() -> str:
 
 def machine(threads: int) -> dict[str, Any]:
     """Describe this machine without naming it."""
+    processor = platform.processor() or "unknown processor"
+    with contextlib.suppress(OSError):
+        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
+            if line.startswith("model name"):
+                processor = line.partition(":")[2].strip()
+                break
     return {
         "system": f"{platform.system()} {platform.machine()}",
-        "processor": _processor(),
+        "processor": processor,
         "cores": os.cpu_count() or 1,
         "memory": int(psutil.virtual_memory().total),
         "threads": threads,
@@ -110,12 +117,3 @@ def machine_text(described: dict[str, Any]) -> str:
         f"{described['processor']}, {described['cores']} cores, {memory:.0f} GiB, "
         f"{described['system']}"
     )
-
-
-def _processor() -> str:
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-    except OSError:
-        return platform.processor() or "unknown processor"
-    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    return models[0] if models else platform.processor() or "unknown processor"

@@ -257,11 +257,12 @@ class _Process:
                     self._process.kill()
                 self._process.wait(_FAREWELL)
                 # What has forked twice, into a session of its own, is nobody's child by now.
-                detached = [other for other in psutil.process_iter() if _marked(other, self._mark)]
-                for other in detached:
-                    with contextlib.suppress(psutil.NoSuchProcess):
-                        other.kill()
-                children += detached
+                for other in psutil.process_iter():
+                    # another user's tells nothing, nor one that has ended
+                    with contextlib.suppress(psutil.Error, OSError):
+                        if other.environ().get(MARK) == self._mark:
+                            children.append(other)
+                            other.kill()
                 # Processes that are still ending may write into the folder, which is removed next.
                 psutil.wait_procs(children, _FAREWELL)
                 if self._process.stdin is not None:
@@ -277,13 +278,6 @@ _waiting: dict[str, _Process] = {}
 def _end_waiting() -> None:
     while _waiting:
         _waiting.popitem()[1].end()
-
-
-def _marked(process: psutil.Process, mark: str) -> bool:
-    try:
-        return bool(process.environ().get(MARK) == mark)
-    except (psutil.Error, OSError):  # another user's, or it has ended
-        return False
 
 
 @contextlib.contextmanager
@@ -325,7 +319,13 @@ def _watch(
         try:
             process.wait(look)
         except subprocess.TimeoutExpired:
-            peak = max(peak, _resident(process.pid))
+            resident = 0.0
+            with contextlib.suppress(psutil.NoSuchProcess, psutil.AccessDenied):
+                leader = psutil.Process(process.pid)
+                for member in (leader, *leader.children(recursive=True)):
+                    with contextlib.suppress(psutil.NoSuchProcess, psutil.AccessDenied):
+                        resident += member.memory_info().rss
+            peak = max(peak, resident)
         else:
             return None, peak
         if done is not None and done.exists():
@@ -335,16 +335,6 @@ def _watch(
         if seconds is not None and time.perf_counter() - start > seconds:
             return HUNG, peak
         look = min(2 * look, _LOOK)
-
-
-def _resident(pid: int) -> float:
-    total = 0.0
-    with contextlib.suppress(psutil.NoSuchProcess, psutil.AccessDenied):
-        process = psutil.Process(pid)
-        for member in (process, *process.children(recursive=True)):
-            with contextlib.suppress(psutil.NoSuchProcess, psutil.AccessDenied):
-                total += member.memory_info().rss
-    return total
 
 
 def _read(folder: Path, code: int, finite: bool) -> tuple[Ended, dict[str, Any], str]:

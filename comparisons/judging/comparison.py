@@ -224,7 +224,12 @@ def _verdicts(
         if not truth.knows(name, curves):
             continue
         beyond = steps_outside(levels, resolution, truth, name)
-        for at in _compared_at(plan, name):
+        axis = plan.loads.axis
+        # a quantity is never compared at itself
+        axes = (axis, counterpart(axis)) if plan.loads.compares_itself else (axis,)
+        for at in axes:
+            if plan.loads.compares_itself and at == name:
+                continue
             errors = truth.errors(curves, name, at)
             bars = combined(*truth.error_sources(levels, resolution, name, at).values())
             single = single_errors(truth.errors(solution.quantities, name, at))
@@ -232,14 +237,6 @@ def _verdicts(
             if beyond is not None and at == main_axis(truth.axis, name):
                 band = {"outside_band": " ".join(str(k + 1) for k in beyond) or NEVER}
             yield verdict(name, at, errors, bars, **single, **band)
-
-
-def _compared_at(plan: Plan, name: str) -> tuple[str, ...]:
-    """Return at which equal loads a quantity is compared: never at itself."""
-    loads = plan.loads
-    if loads.compares_itself:
-        return tuple(at for at in (loads.axis, counterpart(loads.axis)) if at != name)
-    return (loads.axis,)
 
 
 def truth_bars(plan: Plan, truth: Truth) -> dict[str, Bar]:

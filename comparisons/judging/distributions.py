@@ -36,16 +36,14 @@ def distance(values: np.ndarray, reference: np.ndarray, bins: np.ndarray) -> flo
     >>> distance(3 * shape, shape, bins)
     0.0
     """
-    shares = [_share_below(histogram) for histogram in (values, reference)]
+    shares = []  # below each edge of the bins
+    for histogram in (values, reference):
+        total = float(histogram.sum())
+        if not total > 0:
+            return float("nan")
+        shares.append(np.concatenate([[0.0], np.cumsum(histogram) / total]))
     mean = bins[0] + float(np.trapezoid(1 - shares[1], bins))
     return float(np.trapezoid(np.abs(shares[0] - shares[1]), bins) / mean)
-
-
-def _share_below(histogram: np.ndarray) -> np.ndarray:
-    total = float(histogram.sum())
-    if not total > 0:
-        return np.full(len(histogram) + 1, np.nan)
-    return np.concatenate([[0.0], np.cumsum(histogram) / total])
 
 
 def last_histogram(solution: Solution, name: str, rows: slice = ALL) -> np.ndarray:

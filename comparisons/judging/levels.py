@@ -188,26 +188,27 @@ class Levels:
     def _means(self, name: str, resolution: int) -> Estimate:
         """Return the mean of a quantity over the surfaces, on all grids up to a resolution."""
         key = name, resolution
-        if key not in self._estimates:
-            self._estimates[key] = self._estimated(name, resolution)
-        return self._estimates[key]
-
-    def _estimated(self, name: str, resolution: int) -> Estimate:
-        if self.anchor is not None:
+        if key in self._estimates:
+            return self._estimates[key]
+        if self.anchor is None:
+            grids = [s for n, s in self.solutions.items() if n <= resolution]
+            found = estimate([s.quantities[name] for s in grids if name in s.quantities])
+        else:
             # the leading grid's mean on the nearest grid, with what this method makes of it
             near = self._nearest(resolution)
-            if name not in self.anchor.solutions[near].quantities:
-                return estimate([self.solutions[resolution].quantities[name]])
-            means, pairs = self.anchor._means(name, near), self._paired(name, resolution)
-            return Estimate(
-                levels=np.vstack([means.levels, pairs.mean]),
-                parts=np.vstack([means.parts, pairs.parts]),
-                freedom=means.freedom,
-                counts=np.vstack([means.counts, pairs.counts]),
-                missing=pairs.missing,
-            )
-        grids = [s for n, s in self.solutions.items() if n <= resolution]
-        return estimate([s.quantities[name] for s in grids if name in s.quantities])
+            if name in self.anchor.solutions[near].quantities:
+                means, pairs = self.anchor._means(name, near), self._paired(name, resolution)
+                found = Estimate(
+                    levels=np.vstack([means.levels, pairs.mean]),
+                    parts=np.vstack([means.parts, pairs.parts]),
+                    freedom=means.freedom,
+                    counts=np.vstack([means.counts, pairs.counts]),
+                    missing=pairs.missing,
+                )
+            else:
+                found = estimate([self.solutions[resolution].quantities[name]])
+        self._estimates[key] = found
+        return found
 
     def _paired(self, name: str, resolution: int) -> Estimate:
         """Return this method's mean, and of its variance what is not the leading grid's.

@@ -96,8 +96,17 @@ def estimate(values: Sequence[np.ndarray]) -> Estimate:
     parts[-1, counts[-1] == 0] = np.nan
     # Rounding may leave less than nothing of a variance that covariances cancel.
     parts = np.where(parts.sum(axis=0) < 0, np.maximum(parts, 0.0), parts)
-    missing = tuple(_missing(counts[:, step]) for step in range(counts.shape[1]))
-    return Estimate(levels, parts, _freedom(parts, counts), counts, missing)
+    missing = []  # at each load step, where a grid has too few surfaces
+    for numbers in counts.T:
+        alone = (numbers > 0) & (numbers < FEWEST)
+        if numbers[-1] == 0:
+            missing.append(f"no surface has an answer on grid {len(counts)} of {len(counts)}")
+        elif alone.any():
+            grid = f"grid {int(np.argmax(alone)) + 1} of {len(counts)}"
+            missing.append(f"one surface on {grid}: how it scatters is not known")
+        else:
+            missing.append("")
+    return Estimate(levels, parts, _freedom(parts, counts), counts, tuple(missing))
 
 
 def variances(values: Sequence[np.ndarray]) -> np.ndarray:
@@ -236,14 +245,3 @@ def _freedom(parts: np.ndarray, counts: np.ndarray) -> np.ndarray:
         spread = (parts**2 / np.maximum(counts - 1, 1)).sum(axis=0)
         freedom = parts.sum(axis=0) ** 2 / spread
     return np.where(spread > 0, np.maximum(freedom, 1.0), np.maximum(counts[-1] - 1, 1))
-
-
-def _missing(counts: np.ndarray) -> str:
-    """Return what is missing at a load step where a grid has too few surfaces."""
-    if counts[-1] == 0:
-        return f"no surface has an answer on grid {len(counts)} of {len(counts)}"
-    alone = (counts > 0) & (counts < FEWEST)
-    if alone.any():
-        grid = int(np.argmax(alone)) + 1
-        return f"one surface on grid {grid} of {len(counts)}: how it scatters is not known"
-    return ""

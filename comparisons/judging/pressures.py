@@ -49,7 +49,18 @@ class TruePressure:
         x, y = fields["pressure_x"], fields["pressure_y"]
         if self._formula is not None:
             return np.asarray(self._formula.pressure(x, y, self._penetration))
-        return _look_up(self.truth.solution.fields, fields) if self.is_known else None
+        if not self.is_known:
+            return None
+        stored = self.truth.solution.fields
+        if "pressure_shape" in stored:
+            other_shape = fields.get("pressure_shape")
+            shape = None if other_shape is None else tuple(int(n) for n in other_shape)
+            return grid_pressure_at(stored, x, y, shape)
+        points = np.stack([stored["pressure_x"], stored["pressure_y"]], axis=-1)
+        # a half or a quarter stands for the whole
+        x, y = (np.abs(c) if (p >= 0).all() else c for c, p in zip((x, y), points.T, strict=True))
+        look_up = LinearNDInterpolator(points, stored["pressure"], fill_value=0.0)
+        return np.asarray(look_up(x, y))
 
     def regular(self, fields: Fields) -> np.ndarray:
         """Return which points lie away from every singularity."""
@@ -188,17 +199,3 @@ def _over_cells(
     area = in_blocks(weight).sum(axis=1)
     means = [(in_blocks(p) * in_blocks(weight)).sum(axis=1) / area for p in (before, after)]
     return means[0], means[1], area, np.asarray(in_blocks(keep).all(axis=1))
-
-
-def _look_up(stored: Fields, fields: Fields) -> np.ndarray:
-    """Return a stored pressure at the points of other fields."""
-    x, y = fields["pressure_x"], fields["pressure_y"]
-    if "pressure_shape" in stored:
-        stored_shape = fields.get("pressure_shape")
-        shape = None if stored_shape is None else tuple(int(n) for n in stored_shape)
-        return grid_pressure_at(stored, x, y, shape)
-    points = np.stack([stored["pressure_x"], stored["pressure_y"]], axis=-1)
-    # a half or a quarter stands for the whole
-    x, y = (np.abs(c) if (p >= 0).all() else c for c, p in zip((x, y), points.T, strict=True))
-    look_up = LinearNDInterpolator(points, stored["pressure"], fill_value=0.0)
-    return np.asarray(look_up(x, y))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -101,8 +101,13 @@ def verified(truth: Truth, sides: Mapping[str, np.ndarray], seconds: float) -> V
     """
     bars, missed, sentences = 0, 0, []
     for reference in (truth, *truth.checks):
-        for name, bar, beyond in _held(reference, sides):
-            bars += int(np.isfinite(bar + sides[f"{name}_upper"]).sum())
+        for name in ENCLOSED:
+            if name not in reference.curves or f"{name}_lower" not in sides:
+                continue
+            bar = reference.bar(name, reference.axis)
+            lower, upper = sides[f"{name}_lower"], sides[f"{name}_upper"]
+            beyond = missed_by(reference.curves[name], bar, lower, upper)
+            bars += int(np.isfinite(bar + upper).sum())
             missed += int((beyond > 0).sum())
             if np.nanmax(beyond, initial=0.0) > 0:
                 step = int(np.nanargmax(beyond))
@@ -117,17 +122,6 @@ def verified(truth: Truth, sides: Mapping[str, np.ndarray], seconds: float) -> V
     ]
     taken = seconds, truth.solution.seconds
     return Verification(bars, missed, tuple(sentences), float(max(widths)), *taken)
-
-
-def _held(
-    reference: Truth, sides: Mapping[str, np.ndarray]
-) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
-    """Yield the enclosed quantities of a reference: name, bar, and by how much it misses (k,)."""
-    for name in ENCLOSED:
-        if name in reference.curves and f"{name}_lower" in sides:
-            bar = reference.bar(name, reference.axis)
-            lower, upper = sides[f"{name}_lower"], sides[f"{name}_upper"]
-            yield name, bar, missed_by(reference.curves[name], bar, lower, upper)
 
 
 @dataclass(frozen=True)

@@ -117,7 +117,17 @@ def enlarged(plan: Plan, solved: Solved, effort: Effort) -> Plan:
     lines = methods.get(MODEL)
     if lines is not None and lines.numbers and _complete(lines, solved):
         known = Levels.of(solved, MODEL)
-        needs = _variances(known, _line_widths(plan, known, wanted))
+        # A mean may scatter by a share of what the truth's may; where it nearly vanishes at a load
+        # (the gap of lines that are almost closed), by a share of a part of its largest value:
+        # there is no error that its scatter could hide.
+        means = known.curves(list(known.solutions)[-1])
+        sizes = {name: np.abs(means[name]) for name in _judged(plan) if name in means}
+        widths = {
+            name: _AIM * LINES_SHARE * wanted * np.fmax(size, _LEAST_PART * np.nanmax(size))
+            for name, size in sizes.items()
+            if np.isfinite(size).any()
+        }
+        needs = _variances(known, widths)
         # as many lines as make no part of the bar
         points = np.array([2.0 * n for n in lines.resolutions])
         first = np.array(lines.numbers)
@@ -180,21 +190,6 @@ def _variances(levels: Levels, widths: Mapping[str, np.ndarray]) -> np.ndarray:
             columns.append(variances(grids) * (_NORMAL / width) ** 2)  # type: ignore[arg-type]
     both = np.hstack(columns) if columns else np.zeros((len(levels.solutions), 0))
     return both[:, np.isfinite(both).all(axis=0)]
-
-
-def _line_widths(plan: Plan, levels: Levels, wanted: float) -> dict[str, np.ndarray]:
-    """Return what the means over lines may scatter: a share of what the truth's may.
-
-    Of a mean that nearly vanishes at a load (the gap of lines that are almost closed), a share of a
-    part of its largest value: there is no error that its scatter could hide.
-    """
-    means = levels.curves(list(levels.solutions)[-1])
-    sizes = {name: np.abs(means[name]) for name in _judged(plan) if name in means}
-    return {
-        name: _AIM * LINES_SHARE * wanted * np.fmax(size, _LEAST_PART * np.nanmax(size))
-        for name, size in sizes.items()
-        if np.isfinite(size).any()
-    }
 
 
 def _judged(plan: Plan) -> list[str]:

@@ -179,15 +179,10 @@ class Truth:
         ]
         known = f", known to (rms over the loads): {', '.join(bars)}" if bars else ""
         unknown = [n for n in accuracies if self.knows(n) and not np.isfinite(self.bar(n)).all()]
-        return text + known + "".join(self._unknown(unknown)) + "."
-
-    def _unknown(self, names: list[str]) -> Iterator[str]:
-        """Yield what is missing for the bars of quantities, each reason once."""
-        if names and len(self.levels.solutions) == 1:
-            yield "; only one resolution was run, so its error is not known"
-            return
-        reasons: dict[str, list[str]] = {}
-        for name in names:
+        if unknown and len(self.levels.solutions) == 1:
+            return f"{text}{known}; only one resolution was run, so its error is not known."
+        reasons: dict[str, list[str]] = {}  # what is missing for bars -> of which quantities
+        for name in unknown:
             steps = enumerate(self.levels.missing(name, self.resolution), start=1)
             lacking = next((f"at load step {k} {reason}" for k, reason in steps if reason), "")
             if not lacking and (np.isnan(self.bar(name)) & (self.curves[name] == 0)).any():
@@ -195,7 +190,8 @@ class Truth:
             reasons.setdefault(lacking or "two grids have no common answer", []).append(name)
         for reason, several in reasons.items():
             labels = ", ".join(quantity(name).label for name in several)
-            yield f"; {labels} not at every load: {reason}"
+            known += f"; {labels} not at every load: {reason}"
+        return f"{text}{known}."
 
     def disagreements(
         self,
@@ -306,24 +302,22 @@ def solution_of(solved: Solved, method: str, axis: str) -> Truth | None:
 
 
 def _candidate(levels: Levels, resolution: int, axis: str) -> Truth:
-    curves = levels.curves(resolution)
-    sources = {name: _sources(levels, resolution, name) for name in curves}
-    return Truth(axis, levels, resolution, curves, sources)
-
-
-def _sources(levels: Levels, resolution: int, name: str) -> Sources:
-    """Return what is not known of a quantity of a solution, source by source."""
-    solution = levels.solutions[resolution]
+    curves, solution = levels.curves(resolution), levels.solutions[resolution]
     steps = solution.converged.shape[1]
-    if METHODS[levels.method].exact:
-        return {ARITHMETIC: np.full(steps, EXACT)} | _read_off(solution, name)
     residual = np.where(np.isnan(solution.violation), 0.0, solution.violation).max(axis=0)
-    return {
-        DISCRETISATION: levels.discretisation(name),
-        SOLVER: residual,
-        TRUNCATION: np.full(steps, 0.0 if name in solution.exact else solution.truncation),
-        ENSEMBLE: levels.scatter(name, resolution),
-    } | _read_off(solution, name)
+    sources: dict[str, Sources] = {}
+    for name in curves:
+        if METHODS[levels.method].exact:
+            known = {ARITHMETIC: np.full(steps, EXACT)}
+        else:
+            known = {
+                DISCRETISATION: levels.discretisation(name),
+                SOLVER: residual,
+                TRUNCATION: np.full(steps, 0.0 if name in solution.exact else solution.truncation),
+                ENSEMBLE: levels.scatter(name, resolution),
+            }
+        sources[name] = known | _read_off(solution, name)
+    return Truth(axis, levels, resolution, curves, sources)
 
 
 def _read_off(solution: Solution, name: str) -> Sources:
