@@ -44,7 +44,10 @@ def solve(problem: dict[str, Any]) -> dict[str, Any]:
     block = _grid(x, -np.array(problem["depths"])[::-1, None], 1)
     cylinder = _grid(across, np.stack([bottom, bottom + x[1]]), 1 + block[1].size)
     slave, wall = block[1][-1, :touching], np.union1d(block[1][0], block[1][:, -1])
-    quads = [_quads(numbers) for _, numbers in (block, cylinder)]
+    quads = []
+    for _, numbers in (block, cylinder):
+        corners = [numbers[:-1, :-1], numbers[:-1, 1:], numbers[1:, 1:], numbers[1:, :-1]]
+        quads.append(np.stack(corners, axis=-1).reshape(-1, 4))
     elements = [(key, *quad) for key in (1, 2) for quad in quads[key - 1].tolist()]
     split = len(quads[0])
     places = np.vstack([places for places, _ in (block, cylinder)]).tolist()
@@ -161,11 +164,6 @@ def _grid(x: np.ndarray, z: np.ndarray, first: int) -> tuple[np.ndarray, np.ndar
     """Return the nodes on rows of z, and their numbers (rows, x)."""
     places = np.stack(np.broadcast_arrays(x, z), axis=-1)
     return places.reshape(-1, 2), first + np.arange(places[..., 0].size).reshape(-1, x.size)
-
-
-def _quads(numbers: np.ndarray) -> np.ndarray:
-    corners = [numbers[:-1, :-1], numbers[:-1, 1:], numbers[1:, 1:], numbers[1:, :-1]]
-    return np.stack(corners, axis=-1).reshape(-1, 4)
 
 
 def _listed(title: str, rows: Iterable[Iterable[Any]]) -> str:

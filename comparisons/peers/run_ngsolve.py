@@ -127,7 +127,12 @@ class _Model:
     ) -> None:
         self.mesh = _mesh(resolution, edge)
         if stretch[0] != stretch[1]:
-            self._stretch(stretch)
+            # circles become ellipses, fading towards the far boundary
+            r = sqrt(x * x + y * y + z * z)
+            fade = IfPos(1 - r, 1.0, IfPos(EXTENT - r, (EXTENT - r) / (EXTENT - 1), 0.0))
+            move = GridFunction(VectorH1(self.mesh, order=2))
+            move.Set(CF(((stretch[0] - 1) * x * fade, (stretch[1] - 1) * y * fade, 0)))
+            self.mesh.SetDeformation(move)
         self.space = VectorH1(
             self.mesh, order=ORDER, dirichlet="far", dirichletx="x", dirichlety="y"
         )
@@ -155,14 +160,6 @@ class _Model:
 
         elastic = 2 * self.shear * InnerProduct(strain(u), strain(v))
         return (elastic + self.lame * div(u) * div(v)) * dx
-
-    def _stretch(self, stretch: list[float]) -> None:
-        """Deform circles to ellipses, fading towards the far boundary."""
-        r = sqrt(x * x + y * y + z * z)
-        fade = IfPos(1 - r, 1.0, IfPos(EXTENT - r, (EXTENT - r) / (EXTENT - 1), 0.0))
-        move = GridFunction(VectorH1(self.mesh, order=2))
-        move.Set(CF(((stretch[0] - 1) * x * fade, (stretch[1] - 1) * y * fade, 0)))
-        self.mesh.SetDeformation(move)
 
     def _test(self, value: Any, far: Any) -> Any:
         """Return a virtual displacement along z on the surface, to weight contact forces."""

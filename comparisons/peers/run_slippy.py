@@ -28,7 +28,31 @@ def solve(problem: dict[str, Any]) -> dict[str, Any]:
     Returns force, contact_area (of the cells that carry) and converged (k,), unknowns, seconds.
     """
     begin = time.perf_counter()
-    rows = [_press(depth) for depth in problem["depths"]]
+    rows = []
+    for depth in problem["depths"]:
+        width = WIDTH * np.sqrt(depth)
+        ball = surface.RoundSurface(
+            (1.0, 1.0, 1.0), extent=(width, width), shape=(CELLS, CELLS), generate=True
+        )
+        plane = surface.FlatSurface(shift=(0, 0))
+        ball.material = contact.Elastic("elastic", {"E": 1.0, "v": 0.0})
+        plane.material = contact.Rigid("rigid")
+        model = contact.ContactModel("model", ball, plane)
+        model.add_step(
+            contact.StaticStep(
+                "press",
+                interference=depth,
+                adhesion=False,
+                rtol_interference=TOLERANCE,
+                rtol_displacement=TOLERANCE,
+            )
+        )
+        state = model.solve()
+        loads = state["loads"]
+        pressure = np.asarray(loads.z if hasattr(loads, "z") else loads["z"])
+        cell = (width / CELLS) ** 2
+        carrying = (pressure > 0).sum()
+        rows.append((pressure.sum() * cell, carrying * cell, bool(state["converged"])))
     force, area, converged = np.array(rows).T
     return {
         "force": force,
@@ -37,32 +61,3 @@ def solve(problem: dict[str, Any]) -> dict[str, Any]:
         "unknowns": CELLS**2,
         "seconds": time.perf_counter() - begin,
     }
-
-
-def _press(depth: float) -> tuple[float, float, bool]:
-    width = WIDTH * np.sqrt(depth)
-    ball = surface.RoundSurface(
-        (1.0, 1.0, 1.0), extent=(width, width), shape=(CELLS, CELLS), generate=True
-    )
-    plane = surface.FlatSurface(shift=(0, 0))
-    ball.material = contact.Elastic("elastic", {"E": 1.0, "v": 0.0})
-    plane.material = contact.Rigid("rigid")
-    model = contact.ContactModel("model", ball, plane)
-    model.add_step(
-        contact.StaticStep(
-            "press",
-            interference=depth,
-            adhesion=False,
-            rtol_interference=TOLERANCE,
-            rtol_displacement=TOLERANCE,
-        )
-    )
-    state = model.solve()
-    loads = state["loads"]
-    pressure = np.asarray(loads.z if hasattr(loads, "z") else loads["z"])
-    cell = (width / CELLS) ** 2
-    return (
-        float(pressure.sum() * cell),
-        float((pressure > 0).sum() * cell),
-        bool(state["converged"]),
-    )

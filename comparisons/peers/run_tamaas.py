@@ -90,7 +90,10 @@ class TamaasPeer:
             if answer.pressure is None:
                 return answer
             start = answer.pressure
-            penetration = self._penetration()
+            # Tamaas' displacements are relative to the body, u - d
+            displacement = np.zeros(self.shape)
+            self.model.operators[_FREE](self.model.traction, displacement)
+            penetration = float((displacement - self.model.displacement).mean())
             if abs(penetration / depth - 1) <= tolerance:
                 return answer
             if last is not None and penetration != last[1]:
@@ -98,9 +101,3 @@ class TamaasPeer:
             last = (force, penetration)
             force *= (depth / penetration) ** np.clip(slope, 0.5, 4.0)
         return PeerAnswer(None, reason=f"the penetration was not reached in {MOST_STEPS} solves")
-
-    def _penetration(self) -> float:
-        """Return the penetration d; Tamaas' displacements are relative to the body, u - d."""
-        displacement = np.zeros(self.shape)
-        self.model.operators[_FREE](self.model.traction, displacement)
-        return float((displacement - self.model.displacement).mean())

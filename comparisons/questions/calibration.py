@@ -20,7 +20,7 @@ sharp edges, and ellipses; the fitting half has the Hurst exponents of either en
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -236,40 +236,11 @@ def rough_cases(half: str, name: str, surface: dict[str, Any]) -> Inquiry[list[C
     """Solve the surfaces of one spectrum; return their cases, and those of their mean."""
     solved = yield from curves(_rough_plan(surface))
     sides = sides_of(_rough_plan(surface | ({} if "crop" in surface else {"realisations": 1})))
-    return list(_rough_series(half, name, solved, sides))
-
-
-def sides_of(plan: Plan) -> dict[str, np.ndarray] | str:
-    """Return the sides of the proved intervals; why there are none if no theorem is for it."""
-    try:
-        return enclosures(plan.scene, plan.geometry, plan.loads)
-    except Refused as refusal:
-        return f"because {refusal}"
-
-
-def _rough_plan(surface: dict[str, Any]) -> Plan:
-    changes = {
-        "loading": {"force": {"values": ROUGH_LOADS, "relative_to": "E* A0 h'"}},
-        "compare": {"quantities": list(ROUGH_SURFACES), "methods": [GRID]},
-    }
-    if "crop" in surface:
-        scene = load_scene(MAP, changes | {"surface.crop": surface["crop"]})
-    else:
-        data = {"name": "calibration", "half_space": {"effective_modulus": 1.0}} | changes
-        scene = make_scene(data | {"surface": surface}, "calibration", Path())
-    plan = plan_scene(scene)[0]
-    levels = {GRID: (*LEVELS, TRUTH)}
-    methods = (replace(m, resolutions=levels.get(m.method, ()), numbers=()) for m in plan.methods)
-    return replace(plan, methods=tuple(methods))
-
-
-def _rough_series(
-    half: str, name: str, solved: Solved, sides: dict[str, np.ndarray] | str
-) -> Iterator[Case]:
     grids = {n: solved[GRID, n] for n in (*LEVELS, TRUTH)}
     if not all(solution.converged.all() for solution in grids.values()):
-        return
+        return []
     kind: Kind = "periodic" if grids[TRUTH].contact == "periodic" else "free"
+    cases = []
     for quantity, levels in product(ROUGH_SURFACES, ROUGH_SERIES):
         values = np.array([grids[n].quantities[quantity] for n in (*levels, TRUTH)])
         single = [values[:, k] for k in range(values.shape[1])]
@@ -296,4 +267,29 @@ def _rough_series(
                 apparent=grids[TRUTH].apparent_area,
                 counted=counted[number] if quantity == "contact_area" else None,
             )
-            yield held_against(OTHERS if number else sides, case)
+            cases.append(held_against(OTHERS if number else sides, case))
+    return cases
+
+
+def sides_of(plan: Plan) -> dict[str, np.ndarray] | str:
+    """Return the sides of the proved intervals; why there are none if no theorem is for it."""
+    try:
+        return enclosures(plan.scene, plan.geometry, plan.loads)
+    except Refused as refusal:
+        return f"because {refusal}"
+
+
+def _rough_plan(surface: dict[str, Any]) -> Plan:
+    changes = {
+        "loading": {"force": {"values": ROUGH_LOADS, "relative_to": "E* A0 h'"}},
+        "compare": {"quantities": list(ROUGH_SURFACES), "methods": [GRID]},
+    }
+    if "crop" in surface:
+        scene = load_scene(MAP, changes | {"surface.crop": surface["crop"]})
+    else:
+        data = {"name": "calibration", "half_space": {"effective_modulus": 1.0}} | changes
+        scene = make_scene(data | {"surface": surface}, "calibration", Path())
+    plan = plan_scene(scene)[0]
+    levels = {GRID: (*LEVELS, TRUTH)}
+    methods = (replace(m, resolutions=levels.get(m.method, ()), numbers=()) for m in plan.methods)
+    return replace(plan, methods=tuple(methods))

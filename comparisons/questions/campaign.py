@@ -130,7 +130,14 @@ class Campaign(ABC, Generic[A, R]):
         with nullcontext() if self.layout is None else held(self.directory):
             started = time.perf_counter()
             executor = self.executor or executor_for(self.workers)
-            spent = self._open()
+            spent = None  # seconds of the run that this one resumes
+            if self.layout is not None:
+                spent = self.seconds_before() if self.resume else None
+                anew = self.overwrite or not self.layout.answers
+                open_folder(self.directory, self.layout, resume=self.resume, overwrite=anew)
+                if spent is None and self.layout.answers:
+                    # A killed run's folder is marked as incomplete and as written by roughline.
+                    self.save(self.record(0.0, interrupted=True))
             stopped: KeyboardInterrupt | LostWorkError | None = None
             try:
                 answers = None
@@ -146,7 +153,7 @@ class Campaign(ABC, Generic[A, R]):
             if lost and stopped is None:
                 advice = [ADVICE] if self.layout is not None and self.layout.answers else []
                 stopped = LostWorkError("\n".join([*lost, *advice]))
-            seconds = spent + time.perf_counter() - started
+            seconds = (spent or 0.0) + time.perf_counter() - started
             record = self.record(seconds, interrupted=stopped is not None)
             self.save(record)
             if stopped is not None:
@@ -165,15 +172,3 @@ class Campaign(ABC, Generic[A, R]):
             interrupted=interrupted,
         )
         return self.answer(header, self._inquiries.answers)
-
-    def _open(self) -> float:
-        """Prepare the folder; return the seconds of the resumed run."""
-        if self.layout is None:
-            return 0.0
-        spent = self.seconds_before() if self.resume else None
-        anew = self.overwrite or not self.layout.answers
-        open_folder(self.directory, self.layout, resume=self.resume, overwrite=anew)
-        if spent is None and self.layout.answers:
-            # The folder of a killed run is marked as incomplete and as written by roughline.
-            self.save(self.record(0.0, interrupted=True))
-        return spent or 0.0

@@ -25,7 +25,6 @@ from comparisons.results.run_comparison import (
 )
 from comparisons.results.store import load_study, save_study
 from comparisons.scene.scene import SINGLE, load_scene
-from comparisons.solving.plan import Plan
 from comparisons.solving.planning import plan_scene
 
 # Made by `roughline check --update --baseline FOLDER`; a regression baseline, from our own output.
@@ -83,27 +82,24 @@ def run_for_check(
         If the method or a scene is wrong.
     """
     method = method_named(method)
-    plans = [_plan(source, method) for source in scenes]
-    record = _Unwritten(plans, Path(), command="roughline check", watch=watch).run()
-    return replace(record, scenes=tuple(map(_to_keep, record.scenes)))
-
-
-def _to_keep(scene: SceneRecord) -> SceneRecord:
-    """Return what is compared: curves, of ensembles their means, a tenth of all that there is."""
-    names = scene.rows["realisation"]
-    means = scene.rows.where(names == MEAN) if MEAN in names else scene.rows
-    return replace(scene, rows=means, distributions=NO_ROWS, fields={}, verdicts=())
-
-
-def _plan(source: str, method: str) -> Plan:
-    changes: dict[str, object] = {"compare.methods": [*INDEPENDENT, method]}
-    scene = load_scene(source, changes)
-    if scene.surface is not None:
-        # Finite elements would take most of the time, and solve a patch, which is another problem.
-        changes["compare.methods"] = [GRID, method]
-        changes["surface.realisations"] = REALISATIONS
+    plans = []
+    for source in scenes:
+        changes: dict[str, object] = {"compare.methods": [*INDEPENDENT, method]}
         scene = load_scene(source, changes)
-    return plan_scene(scene)[0]
+        if scene.surface is not None:
+            # Finite elements would take most of the time, and solve a patch, which is another
+            # problem.
+            changes["compare.methods"] = [GRID, method]
+            changes["surface.realisations"] = REALISATIONS
+            scene = load_scene(source, changes)
+        plans.append(plan_scene(scene)[0])
+    record = _Unwritten(plans, Path(), command="roughline check", watch=watch).run()
+    kept = []  # what is compared: curves, of ensembles their means, a tenth of all that there is
+    for done in record.scenes:
+        names = done.rows["realisation"]
+        means = done.rows.where(names == MEAN) if MEAN in names else done.rows
+        kept.append(replace(done, rows=means, distributions=NO_ROWS, fields={}, verdicts=()))
+    return replace(record, scenes=tuple(kept))
 
 
 def drift(
@@ -137,7 +133,18 @@ def drift(
             findings.append(Finding(scene.name, MODEL, text, True))
         else:
             own = [change for change in changes if change.scene == scene.name]
-            findings += [*_moves(scene.name, method, own), _agreement(was, scene)]
+            findings += _moves(scene.name, method, own)
+            # references that differ beyond their bars are a drift where none did before
+            text = " ".join(scene.disagreements)
+            known = {_pair(told) for told in was.disagreements}
+            if not text:
+                agreed = "the references agree within their bars"
+                findings.append(Finding(scene.name, AGREEMENT, agreed))
+            elif all(_pair(told) in known for told in scene.disagreements):
+                text = f"as in the baseline: {text}"
+                findings.append(Finding(scene.name, AGREEMENT, text, notable=True))
+            else:
+                findings.append(Finding(scene.name, AGREEMENT, text, True, True))
             timed = [change for change in own if change.method == method and change.only_timed]
             findings += [
                 Finding(scene.name, SPEED, f"{title_of(method)}: {change.text}", notable=True)
@@ -201,17 +208,6 @@ def _alike(model: Change, truth: Change) -> bool:
     apart = max((abs(model.moves[name] - truth.moves[name]) for name in common), default=0.0)
     whole = not {LOST, ONE_SIDED} & {*model.kinds, *truth.kinds}
     return whole and size > MOVED and apart <= ALIKE * size
-
-
-def _agreement(was: SceneRecord, now: SceneRecord) -> Finding:
-    """Return which references differ beyond their bars; this is a drift where none did before."""
-    text = " ".join(now.disagreements)
-    if not text:
-        return Finding(now.name, AGREEMENT, "the references agree within their bars")
-    known = {_pair(told) for told in was.disagreements}
-    if all(_pair(told) in known for told in now.disagreements):
-        return Finding(now.name, AGREEMENT, f"as in the baseline: {text}", notable=True)
-    return Finding(now.name, AGREEMENT, text, True, True)
 
 
 def _pair(disagreement: str) -> str:

@@ -12,7 +12,7 @@ number that is given. Only its files grow with that number, not the memory:
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Unpack
@@ -48,7 +48,7 @@ from comparisons.solving.compilation import compile_apart
 from comparisons.solving.execution import execute, this_machine, warm_up
 from comparisons.solving.inquiries import Inquiry, value_of
 from comparisons.solving.jobs import Archive, Job, Kind
-from comparisons.solving.plan import Plan, task_of
+from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene, single_resolution
 from comparisons.tasks.solution import REALISATIONS, Solution
 from comparisons.tasks.task import Task
@@ -93,7 +93,17 @@ class Ensemble(Campaign[list[Bundle], EnsembleResult]):
             raise InputError(f"{scene.name}: expected a random surface, of kind self_affine")
         plan = plan_scene(scene, "full")[0]
         self.scene, self.part, self.loads = scene, part, plan.loads
-        self.tasks = {f"{task.method} {task.resolution}": task for task in _settings(plan)}
+        self.tasks: dict[str, Task] = {}
+        curves = set(plan.scene.compare.quantities) - {*FIELDS, *DISTRIBUTIONS}
+        for method in plan.methods:
+            if not method.supported:
+                continue
+            levels = method.resolutions
+            if plan.scene.compare.resolutions is None:  # at the surface's own points
+                levels = (single_resolution(levels, plan.geometry),)
+            for n in levels:
+                task = replace(task_of(plan, method.method, n), quantities=tuple(sorted(curves)))
+                self.tasks[f"{task.method} {task.resolution}"] = task
         if not self.tasks:
             reasons = "".join(f"\n  {m.method}: {m.reason}" for m in plan.methods)
             raise InputError(f"{scene.name}: no method can solve this scene{reasons}")
@@ -164,16 +174,6 @@ class Ensemble(Campaign[list[Bundle], EnsembleResult]):
                 "choose another --out"
             )
         return record.seconds
-
-
-def _settings(plan: Plan) -> Iterator[Task]:
-    """Yield a task of each method, at the scene's resolutions or at the surface's own points."""
-    curves = set(plan.scene.compare.quantities) - {*FIELDS, *DISTRIBUTIONS}
-    for method in plan.methods:
-        if method.supported:
-            own = (single_resolution(method.resolutions, plan.geometry),)
-            for n in own if plan.scene.compare.resolutions is None else method.resolutions:
-                yield replace(task_of(plan, method.method, n), quantities=tuple(sorted(curves)))
 
 
 def identity(task: Task) -> str:

@@ -38,7 +38,6 @@ from comparisons.results.run_comparison import MOVED
 from comparisons.results.store import STUDY, load_study
 from comparisons.scene.scene import Scene, parse_scene, validated
 from comparisons.solving.plan import Plan
-from comparisons.solving.plan_record import MethodPlan
 from comparisons.solving.planning import plan_from
 from comparisons.tasks.solution import Solution, load_solution
 from comparisons.tasks.task import Task
@@ -108,7 +107,16 @@ def merge(directories: Iterable[Path], out: Path, command: str = "", files: Path
         study.adopt((task, answers[task.key][1]) for task in tasks if task.key in answers)
         started = time.perf_counter()
         if study.effort == "full":
-            study.plans = [_settled(plan, study) for plan in study.plans]
+            # the notes of a complete run on the refinement of its reference
+            for index, plan in enumerate(study.plans):
+                if any(study.solution(task) is None for task in plan.tasks):
+                    continue
+                final = next(refinements(plan, study.solved), plan)
+                if final.methods == plan.methods:
+                    notes = tuple(dict.fromkeys(final.notes))
+                    study.plans[index] = replace(final, notes=notes)
+                else:
+                    study.plans[index] = replace(plan, notes=(*plan.notes, NOT_REFINED))
         together = study.record(sum(run.seconds for run in runs))
         seconds = sum(run.seconds for run in runs) + time.perf_counter() - started
         # An interrupted run lists only the scenes that it had started; there may be more.
@@ -139,7 +147,15 @@ def merge_ensembles(directories: Iterable[Path], out: Path, command: str = "") -
     """
     with filled(out, RECORD) as folder:
         runs = {path: load_ensemble(path) for path in directories}
-        _refuse("these ensembles cannot be merged:", _other_ensembles(runs))
+        problems = []
+        if len(runs) < 2:
+            problems.append(f"expected two different folders or more, got {len(runs)}")
+        first = next(iter(runs), None)
+        for path, run in runs.items():
+            problems += _other_versions(path, run)
+            if first is not None and run.text != runs[first].text:
+                problems.append(f"{path}: expected the scene and the number of surfaces of {first}")
+        _refuse("these ensembles cannot be merged:", problems)
         bundles = [
             item
             for path in runs
@@ -206,16 +222,6 @@ def _unlike(runs: list[StudyRecord]) -> Iterator[str]:
             yield f"{run.directory}: a {run.effort} run, the first one is {runs[0].effort}"
 
 
-def _other_ensembles(runs: dict[Path, EnsembleRecord]) -> Iterator[str]:
-    if len(runs) < 2:
-        yield f"expected two different folders or more, got {len(runs)}"
-    for folder, run in runs.items():
-        yield from _other_versions(folder, run)
-        first = next(iter(runs))
-        if run.text != runs[first].text:
-            yield f"{folder}: expected the scene and the number of surfaces of {first}"
-
-
 def _other_versions(directory: Path, run: StudyRecord | EnsembleRecord) -> Iterator[str]:
     """Yield the packages, and the source of roughline, of a run that are not those here."""
     theirs = {**run.versions, "roughline's source": run.source or "not recorded"}
@@ -261,12 +267,25 @@ def _joined(plans: list[Plan], conflicts: list[str]) -> Plan | None:
     scene = _scene([plan.scene for plan in plans], conflicts)
     if scene is None:
         return None
-    methods = [method for plan in plans for method in plan.methods]
-    alike = ([m for m in methods if m.method == name] for name in METHODS)
+    methods = []
+    for name in METHODS:
+        alike = [m for plan in plans for m in plan.methods if m.method == name]
+        done = [method for method in alike if method.supported]
+        if done:
+            levels = tuple(sorted({n for method in done for n in method.resolutions}))
+            numbers = {
+                level: number
+                for method in done
+                for level, number in zip(method.resolutions, method.numbers, strict=False)
+            }
+            counted = tuple(numbers[n] for n in levels) if set(numbers) == set(levels) else ()
+            methods.append(replace(done[0], resolutions=levels, numbers=counted))
+        elif alike:
+            methods.append(next((m for m in alike if m.reason != NOT_ASKED), alike[0]))
     return replace(
         plans[0],
         scene=scene,
-        methods=tuple(_method(several) for several in alike if several),
+        methods=tuple(methods),
         left_out=tuple(dict.fromkeys(effect for plan in plans for effect in plan.left_out)),
         notes=tuple(dict.fromkeys(note for plan in plans for note in plan.notes)),
         switched_on=tuple(dict.fromkeys(physics for plan in plans for physics in plan.switched_on)),
@@ -302,27 +321,3 @@ def _scene(scenes: list[Scene], conflicts: list[str]) -> Scene | None:
     tables |= {"compare": compare.model_dump(exclude_none=True, exclude_defaults=True)}
     tables |= {"methods": options, "directory": first.directory}
     return validated({name: table for name, table in tables.items() if table != {}})
-
-
-def _method(plans: list[MethodPlan]) -> MethodPlan:
-    done = [method for method in plans if method.supported]
-    if not done:
-        return next((method for method in plans if method.reason != NOT_ASKED), plans[0])
-    levels = tuple(sorted({n for method in done for n in method.resolutions}))
-    numbers = {
-        level: number
-        for method in done
-        for level, number in zip(method.resolutions, method.numbers, strict=False)
-    }
-    counted = tuple(numbers[level] for level in levels) if set(numbers) == set(levels) else ()
-    return replace(done[0], resolutions=levels, numbers=counted)
-
-
-def _settled(plan: Plan, study: Study) -> Plan:
-    """Return the plan with the notes of a complete run on the refinement of its reference."""
-    if any(study.solution(task) is None for task in plan.tasks):
-        return plan
-    final = next(refinements(plan, study.solved), plan)
-    if final.methods != plan.methods:
-        return replace(plan, notes=(*plan.notes, NOT_REFINED))
-    return replace(final, notes=tuple(dict.fromkeys(final.notes)))

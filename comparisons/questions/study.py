@@ -16,7 +16,7 @@ from comparisons.machine import source_digest
 from comparisons.questions.campaign import WHOLE, Campaign, Options, Part
 from comparisons.results.exports import MEASURES, TO_TAKE, write_exports, write_fields
 from comparisons.results.folder import MAILED, PAGE, Header, Layout, Run
-from comparisons.results.record import FIELDS_FOLDER, SceneRecord, StudyRecord
+from comparisons.results.record import FIELDS_FOLDER, StudyRecord
 from comparisons.results.scene_record import record_scene
 from comparisons.results.store import DISTRIBUTIONS, RESULTS, STUDY, read_study, save_study
 from comparisons.solving.compilation import compile_apart
@@ -133,12 +133,22 @@ class Study(Campaign[None, StudyRecord]):
             if (self._is_part and self._begun)
             or any(task.key in self._solutions for task in plan.tasks)
         ]
-        scenes = tuple(self._scene_record(plan, not header.interrupted) for plan in begun)
+        scenes = []
+        for plan in begun:
+            fields = {
+                (task.method, task.resolution): self._path(task)
+                for task in plan.tasks
+                if task.realisations[0] == 0 and task.key in self._solutions
+            }
+            for path in fields.values() if self.paraview else ():
+                write_fields(path.with_suffix(".vtu"), self._solutions[path.stem].fields)
+            prove = not header.interrupted
+            scenes.append(record_scene(plan, self.solved(plan), fields, prove=prove))
         seconds = header.seconds + time.perf_counter() - started
         return StudyRecord(
             directory=self.directory,
             **header.model_copy(update={"seconds": seconds}).model_dump(),
-            scenes=scenes,
+            scenes=tuple(scenes),
             source=source_digest(),
             part=f"{self.part[0]}/{self.part[1]}" if self._is_part else "",
             runs=self._merged,
@@ -229,16 +239,6 @@ class Study(Campaign[None, StudyRecord]):
     def solved(self, plan: Plan) -> Solved:
         """Return the solutions of a plan for which all blocks of realisations are done."""
         return _joined(plan, self.solution)
-
-    def _scene_record(self, plan: Plan, prove: bool) -> SceneRecord:
-        fields = {
-            (task.method, task.resolution): self._path(task)
-            for task in plan.tasks
-            if task.realisations[0] == 0 and task.key in self._solutions
-        }
-        for path in fields.values() if self.paraview else ():
-            write_fields(path.with_suffix(".vtu"), self._solutions[path.stem].fields)
-        return record_scene(plan, self.solved(plan), fields, prove=prove)
 
 
 def solved_in_memory(
