@@ -15,7 +15,7 @@ from comparisons.questions.claims import claim as files
 from comparisons.questions.claims.record import ClaimRecord
 from comparisons.questions.claims.runner import judge_claim
 from reports.plots.claims import evidence
-from reports.tables.claims import measurements
+from reports.tables.validation import measurements
 from roughline import notebook
 
 if TYPE_CHECKING:

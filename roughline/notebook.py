@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from markupsafe import Markup
 
-from reports.tables.table import Cell, Table, tone
+from reports.tables.cells import Cell, Table, tone
 
 _OPEN, _NONE = ("#5c5300", "#f6f0c4"), ("#444444", "#e9eaec")
 _COLOURS = {

@@ -14,7 +14,7 @@ from comparisons.scene.scene import load_scene as _load_scene
 from comparisons.solving.plan import Plan as ScenePlan
 from comparisons.solving.planning import Source, plan_scene
 from reports.tables.lists import scenes
-from reports.tables.plans import plan as plan_table
+from reports.tables.runs import plan as plan_table
 from reports.tables.written import frame
 from roughline import notebook
 

@@ -29,7 +29,7 @@ from reference.halfspace.cohesive import (
     trace,
 )
 from reference.halfspace.detachment import Peeling, peel
-from reports.tables.documents import rewrite
+from reports.tables.written import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "adhesion.md"
 WORK = 0.01

@@ -29,8 +29,9 @@ from comparisons.methods.peers.live import LiveCode
 from comparisons.methods.registry import solver_for
 from comparisons.methods.solver import Refusal, Refused
 from reports.pages.page import render
-from reports.tables import cells, documents
-from reports.tables.table import Cell, Table, table
+from reports.tables import cells
+from reports.tables.cells import Cell, Table, table
+from reports.tables.written import rewrite
 from roughline.commands import say
 
 PAGE, DOCS = Path("roughline-results/arena/report.html"), Path("docs/live-codes.md")
@@ -164,7 +165,7 @@ if __name__ == "__main__":
     if missing:
         say("\n".join([*missing, f"{DOCS} keeps its table, which has all codes"]))
     else:
-        documents.rewrite(DOCS, {"arena": lambda: text(run)})
+        rewrite(DOCS, {"arena": lambda: text(run)})
     tables = {"Solved here": run}
     if len(sys.argv) > 1:
         tables["Numbers of others"] = table(HEADS, printed(Path(sys.argv[1]))).without("time")

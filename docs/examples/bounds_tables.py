@@ -31,7 +31,7 @@ from reference.bounds.revolution import cone, paraboloid, power_law, rounded_pun
 from reference.contact.press import press
 from reference.halfspace import FreeOperator
 from reference.loads import Load
-from reports.tables.documents import rewrite
+from reports.tables.written import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "bounds.md"
 # The problem sheet as data: one row per problem and quantity, its interval rounded outwards.

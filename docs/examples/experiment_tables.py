@@ -21,7 +21,7 @@ from comparisons.questions.experiments.reading_scan import CHOICES
 from reference.closed_form.rough_theories import line_peaks, surface_peaks
 from reference.dynamics.collision import rayleigh_share, wave_impact
 from reference.fem.section import press_section
-from reports.tables.documents import rewrite
+from reports.tables.written import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "reduced-model.md"
 LOADS = (0.001, 0.003, 0.01, 0.03, 0.1)

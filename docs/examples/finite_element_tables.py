@@ -44,7 +44,7 @@ from reference.halfspace import PeriodicOperator, kernels
 from reference.halfspace.areas import contact_stiffness, located_area
 from reference.loads import Load, LoadPath
 from reference.surfaces import SelfAffine, refine, rms_gradient_spectral, self_affine
-from reports.tables.documents import rewrite
+from reports.tables.written import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "finite-elements.md"
 LAYERS = PAGE.with_name("half-space.md")

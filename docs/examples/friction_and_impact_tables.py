@@ -33,7 +33,7 @@ from reference import closed_form
 from reference.dynamics import collision, coulomb, vibration
 from reference.dynamics.coulomb import march, stick_slip
 from reference.dynamics.event_driven import follow
-from reports.tables.documents import rewrite
+from reports.tables.written import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "friction-and-impact.md"
 

@@ -28,7 +28,7 @@ from reference.halfspace import (
 from reference.halfspace.areas import located_area
 from reference.loads import Load
 from reference.surfaces import SelfAffine, self_affine
-from reports.tables.documents import rewrite
+from reports.tables.written import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "half-space.md"
 POINTS = 256

@@ -17,7 +17,7 @@ from comparisons.isolation.parent import run
 from comparisons.judging.verdicts import WITHIN, judged
 from comparisons.questions.experiments.lammps import lammps_mdr
 from comparisons.questions.experiments.yielding import NU
-from reports.tables.documents import rewrite
+from reports.tables.written import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "plasticity.md"
 SOFTNESS = (1e-4, 1e-3, 1e-2, 1e-1)  # Y/E

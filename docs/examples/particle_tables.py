@@ -18,7 +18,7 @@ from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 from reference.particles import Elastic
 from reference.particles.automata import wave_speeds
-from reports.tables.documents import rewrite
+from reports.tables.written import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "methods.md"
 NUMBERS = (2, 3, 4, 5, 6)

@@ -29,7 +29,7 @@ from reference.loads import LoadPath
 from reference.plastic import PlasticMaterial, Walk
 from reference.plastic.capped import along
 from reference.plastic.dent_formulas import FlattenedBall, jackson_green, kogut_etsion
-from reports.tables.documents import rewrite
+from reports.tables.written import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "plasticity.md"
 DEPTH = (np.pi * 1.6 * YIELD_STRESS / (2 * MODULUS)) ** 2

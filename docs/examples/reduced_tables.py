@@ -28,7 +28,7 @@ from reduced.rough.surface_spectrum import SelfAffine, self_affine
 from reduced.springs.indent import indent
 from reduced.springs.line import Springs
 from reduced.springs.stress import abel, local_rule, one_radius_rule
-from reports.tables.documents import rewrite
+from reports.tables.written import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "reduced-model.md"
 DRAWS = 2000

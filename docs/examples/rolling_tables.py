@@ -43,7 +43,7 @@ from reference.rolling.strip import PlaneElements, PlaneSurface, hertz, moving_c
 from reference.viscoelastic.materials import GeneralisedMaxwell
 from reference.viscoelastic.rubber import slide_on_rubber
 from reference.viscoelastic.travelling import TravellingPlane
-from reports.tables.documents import rewrite
+from reports.tables.written import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "rolling.md"
 MU, NU = 0.3, 0.28

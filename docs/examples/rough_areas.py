@@ -17,7 +17,7 @@ from reference.halfspace import Contact, FreeOperator, PeriodicOperator, areas
 from reference.halfspace.areas import located_area
 from reference.loads import Load
 from reference.surfaces import SelfAffine, refine, self_affine
-from reports.tables.documents import rewrite
+from reports.tables.written import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "half-space.md"
 POINTS = 32

@@ -18,7 +18,7 @@ import numpy as np
 from reference.elasticity import Material
 from reference.loads import LoadPath
 from reference.plastic import PlasticMaterial, Walk
-from reports.tables.documents import rewrite
+from reports.tables.written import rewrite
 
 HERE = find_spec("ngsolve") is not None
 if HERE:

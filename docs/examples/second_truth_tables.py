@@ -22,7 +22,7 @@ from comparisons.questions.experiments.boundary_elements import (
 )
 from comparisons.scene.scene import Scene, load_scene
 from reference.fem import Material
-from reports.tables.documents import rewrite
+from reports.tables.written import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "finite-elements.md"
 RUNS = 200

@@ -26,7 +26,7 @@ from reference import surfaces
 from reference.viscoelastic.materials import GeneralisedMaxwell
 from reference.viscoelastic.rubber import GridStudy, paraboloid, slide_on_rubber
 from reference.viscoelastic.travelling import Travelling
-from reports.tables.documents import rewrite
+from reports.tables.written import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "viscoelastic.md"
 LOAD = 3e-3

@@ -29,7 +29,7 @@ from reference.fem.nodal_friction import frictional_body
 from reference.halfspace import areas
 from reference.halfspace.friction import FrictionalPress, FrictionStep, sweep, tangential_stiffness
 from reference.halfspace.traction import Compliance, NormalAndTangential
-from reports.tables.documents import rewrite
+from reports.tables.written import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "tangential-contact.md"
 MU = 0.3

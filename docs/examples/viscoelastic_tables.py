@@ -24,7 +24,7 @@ from reference import closed_form
 from reference.halfspace import FreeOperator
 from reference.loads import History
 from reference.viscoelastic import GeneralisedMaxwell, impact, indentation, press_in_time
-from reports.tables.documents import rewrite
+from reports.tables.written import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "viscoelastic.md"
 SPRINGS = prony(1.0, [3.0, 2.0], [0.3, 5.0])

@@ -10,7 +10,7 @@ from reports.pages.page import render
 from reports.plots.axes import error_axis
 from reports.plots.figure import Axis, Figure, Guide, Series
 from reports.plots.style import BLUE, DASHED, DOTTED, INK, SOLID, Look, drawing_order, look
-from reports.tables.calibration import by_quantity, by_shape, kinds, other_widths, rule
+from reports.tables.validation import by_quantity, by_shape, kinds, other_widths, rule
 
 SMALLEST = 1e-8  # errors below are the arithmetic's of the solvers
 WIDTHS = (0.1, 1, 10, 100, 1000)

@@ -22,7 +22,7 @@ from comparisons.questions.claims.wording import error_text, limit_words
 from reports.pages.page import render
 from reports.plots.claims import along, boundary_map, evidence
 from reports.plots.figure import Figure
-from reports.tables.claims import beyond, measurements
+from reports.tables.validation import beyond, measurements
 
 # Of more claims the page shows how many have which verdict; a click, a link or a search opens them.
 MOST_UNFOLDED = 12

@@ -15,7 +15,7 @@ from reports.plots.axes import error_axis, log_axis
 from reports.plots.figure import Figure, Level, Series
 from reports.plots.style import CONTACT, DOTTED, INK, MUTED, Look
 from reports.tables import cells
-from reports.tables.table import Cell, Table, table
+from reports.tables.cells import Cell, Table, table
 
 SMALLEST = 1e-12  # the bar of a closed form
 MARGIN = 2.0

@@ -31,7 +31,7 @@ from reports.pages import glossary
 from reports.plots.figure import Figure
 from reports.plots.interactive import spec
 from reports.plots.style import look
-from reports.tables.table import tone
+from reports.tables.cells import tone
 
 TEMPLATES = Path(__file__).with_name("templates")
 # One program in the page, in this order: later parts use the names of earlier ones.

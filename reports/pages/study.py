@@ -36,10 +36,10 @@ from reports.plots.sweeps import sweeps
 from reports.tables import cells
 from reports.tables import scene as tables
 from reports.tables.card import card, not_known_here
+from reports.tables.cells import Cell, Head, Table, table
 from reports.tables.judged import finding_table
-from reports.tables.plans import plan_rows
-from reports.tables.table import Cell, Head, Table, table
-from reports.tables.values import values
+from reports.tables.runs import plan_rows
+from reports.tables.scene import values
 
 TURNING = "picture-view"
 FIXED_ERRORS = (0.01, 0.001)

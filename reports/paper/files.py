@@ -34,8 +34,7 @@ from reports.plots.axes import FOOT_NOTE
 from reports.plots.sweeps import sweeps
 from reports.tables.card import card
 from reports.tables.judged import finding_table, methods_table, printed_verdicts
-from reports.tables.scene import printed_settings
-from reports.tables.values import values
+from reports.tables.scene import printed_settings, values
 from reports.tables.written import in_markdown, latex, markdown, tex
 
 CHOSEN = ("verdicts", "*-overview")

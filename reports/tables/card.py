@@ -19,7 +19,7 @@ from comparisons.scene.fields import WithUnit
 from comparisons.scene.loading import LoadRange
 from comparisons.scene.scene import Scene, SceneError, make_scene
 from comparisons.tasks.stresses import FROM_PRESSURE
-from reports.tables.values import stresses
+from reports.tables.scene import stresses
 
 NO_INPUT = {"name", "title", "loading", "compare", "methods", "directory"}
 UNSAID = {"seed", "realisations"}  # of a surface: the report names them elsewhere
@@ -58,7 +58,8 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
     surface, indenter = scene.plan.roughness, body.indenter
     nominal = surface.area if surface else indenter.face_area if indenter else None
     lines = [*_bodies(body), *_loads(scene, nominal)]
-    steps = _reference_curve(scene)["step"]
+    rows = _reference_curve(scene)
+    steps = rows["step"]
     most = (
         stresses(scene, scene.reference.method, int(steps[-1]), FROM_PRESSURE) if len(steps) else {}
     )
@@ -69,12 +70,19 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
         depth = fmt.with_unit(most["von_mises_depth"], "m")
         text = f"{stress}, {depth} below the surface: elastic only if the yield stress is higher"
         lines.append(("von Mises' stress", text))
-    if body.rough and not body.physics:
-        lines += _yielding(scene, body)
+    pressed = rows["contact_area"] > 0
+    if body.rough and not body.physics and pressed.any():
+        # The mean pressure of contacts is at most the hardness, 3 Y (Tabor 1951).
+        least = float(np.max(rows["force"][pressed] / rows["contact_area"][pressed])) / HARDNESS
+        text = f"elastic only if Y is above F/(3 A) = {fmt.with_unit(least, 'Pa')}"
+        if least > STRONGEST * body.effective_modulus:
+            share = fmt.number(body.effective_modulus / least, 2)
+            text += f" = E*/{share}: they yield, hardened steel has E*/{1 / STRONGEST:.0f}"
+        lines.append(("yield stress Y", text))
     if roughness := scene.plan.roughness:
         height, slope = fmt.with_unit(roughness.rms_height, "m"), roughness.rms_slope
         lines.append(("roughness", f"rms height {height}, rms slope h' {fmt.number(slope)}"))
-        force = _reference_curve(scene)["force"]
+        force = rows["force"]
         if roughness.area and np.isfinite(force).any():
             scale = body.effective_modulus * roughness.area * slope
             lines.append(("reduced load F/(E* A₀ h')", _range(force / scale, "")))
@@ -173,22 +181,6 @@ def _loads(scene: SceneRecord, nominal: float | None = None) -> list[tuple[str, 
     if pressed.any() and not (force < 0).any():
         lines.append(("mean pressure F/A", _range(force[pressed] / area[pressed], "Pa")))
     return lines
-
-
-def _yielding(scene: SceneRecord, body: Scene) -> Iterator[tuple[str, str]]:
-    """Yield from which yield stress on the contacts of a rough surface stay elastic.
-
-    Their mean pressure is at most the hardness, 3 Y (Tabor 1951).
-    """
-    rows = _reference_curve(scene)
-    pressed = rows["contact_area"] > 0
-    if pressed.any():
-        least = float(np.max(rows["force"][pressed] / rows["contact_area"][pressed])) / HARDNESS
-        text = f"elastic only if Y is above F/(3 A) = {fmt.with_unit(least, 'Pa')}"
-        if least > STRONGEST * body.effective_modulus:
-            share = fmt.number(body.effective_modulus / least, 2)
-            text += f" = E*/{share}: they yield, hardened steel has E*/{1 / STRONGEST:.0f}"
-        yield "yield stress Y", text
 
 
 def _range(values: np.ndarray, unit: str) -> str:

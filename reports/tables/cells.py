@@ -1,16 +1,99 @@
-"""Cell types shared by the tables."""
+"""A table as data: printed texts, sort keys, verdicts and error bars; and the kinds of cells."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 from comparisons import formatting as fmt
 from reports.plots.style import look
-from reports.tables.table import Cell
 
 if TYPE_CHECKING:
     from comparisons.results.record import SceneRecord
+
+# The tone of every verdict word: good, bad, undecided, partly, no statement.
+TONES = {
+    **dict.fromkeys(
+        ("within", "yes", "holds", "accurate", "found again", "faster", "same"), "within"
+    ),
+    **dict.fromkeys(("outside", "no", "fails", "lost", "moved"), "outside"),
+    **dict.fromkeys(("not resolved", "not known", "degraded", "slower"), "not-resolved"),
+    **dict.fromkeys(
+        ("holds in a range", "holds only as stated", "in part", "refused", "verdict changed"),
+        "partly",
+    ),
+}
+NO_TONE = "no-result"
+
+
+def tone(word: str) -> str:
+    """Return the tone of a verdict word, a CSS class of the page.
+
+    >>> tone("holds"), tone("left out"), tone("for F, d only")
+    ('within', 'no-result', 'partly')
+    """
+    return "partly" if word.endswith(" only") else TONES.get(word, NO_TONE)
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One cell."""
+
+    text: str  # the printed text
+    key: float | str = ""  # the value used for sorting and export
+    # CSS classes: "text", "number", "method", "failed", with "wrap" for long texts.
+    kind: str = "text"
+    method: str = ""  # the method whose colour precedes the text
+    bar: float | None = None  # half-width of the error bar if `key` is an error
+    # Verdict words to show instead of the text, each in the colour of its tone.
+    badges: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Head:
+    """A column."""
+
+    text: str
+    term: str = ""  # key of its glossary entry
+    csv: str = ""  # its name in a CSV file, if the unit varies from cell to cell
+    short: str = ""  # its name in papers
+
+
+@dataclass(frozen=True)
+class Table:
+    """Column heads and rows of cells."""
+
+    heads: tuple[Head, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+    # Texts above and below the table.
+    title: str = ""
+    note: str = ""
+    strong: frozenset[int] = frozenset()  # the highlighted rows
+
+    def only(self, *names: str) -> Table:
+        """Return the table with these columns, in this order."""
+        places = [[head.text for head in self.heads].index(name) for name in names]
+        rows = tuple(tuple(row[place] for place in places) for row in self.rows)
+        return replace(self, heads=tuple(self.heads[place] for place in places), rows=rows)
+
+    def without(self, *names: str) -> Table:
+        """Return the table without these columns."""
+        return self.only(*(head.text for head in self.heads if head.text not in names))
+
+    def first(self, count: int) -> Table:
+        """Return the table with only its first rows."""
+        return replace(self, rows=self.rows[:count])
+
+
+def table(heads: Iterable[str | Head], rows: Iterable[Sequence[Cell | str]], **more: Any) -> Table:
+    """Return a table; plain texts are accepted as heads and cells."""
+    columns = tuple(Head(head) if isinstance(head, str) else head for head in heads)
+    cells = tuple(
+        tuple(Cell(cell, cell) if isinstance(cell, str) else cell for cell in row) for row in rows
+    )
+    return Table(columns, cells, **more)
+
 
 NOTHING = Cell(fmt.MISSING, float("nan"), "number")
 

@@ -14,7 +14,7 @@ from comparisons.results.finding import finding, symbol
 from comparisons.results.record import WHERE, SceneRecord
 from reports.tables import cells
 from reports.tables.card import not_known_here
-from reports.tables.table import Cell, Table, table
+from reports.tables.cells import Cell, Table, table
 
 
 def verdict_table(scenes: Iterable[SceneRecord], method: str, *, reasons: bool = True) -> Table:
@@ -29,7 +29,14 @@ def verdict_table(scenes: Iterable[SceneRecord], method: str, *, reasons: bool =
         for index, judgement in enumerate(scene.verdicts_on(method)):
             first = index == 0
             label = quantity(judgement.quantity).label
-            judged = cells.verdict(judgement.word, text=_verdict_text(judgement, reasons))
+            if judgement.word == NO_RESULT:
+                asked = judgement.counts and judgement.offered
+                text = NO_RESULT if asked else fmt.MISSING
+                because = f": {judgement.reason}"
+            else:
+                text = f"{judgement.word} {fmt.tolerance(judgement.tolerance)}"
+                because = f", {judgement.band}" if judgement.band else ""
+            judged = cells.verdict(judgement.word, text=text + because if reasons else text)
             sides = (scene.name, best) if first else ("", "")
             rows.append((sides[0], label, _error(judgement), judgement.when, judged, sides[1]))
     heads = ("scene", "quantity", "largest error", "at", "verdict", "cheapest")
@@ -122,44 +129,30 @@ def _error(verdict: Verdict) -> Cell:
     return cells.error(verdict.error, verdict.uncertainty, verdict.number)
 
 
-def _verdict_text(verdict: Verdict, reasons: bool) -> str:
-    if verdict.word != NO_RESULT:
-        within = f"{verdict.word} {fmt.tolerance(verdict.tolerance)}"
-        return f"{within}, {verdict.band}" if verdict.band and reasons else within
-    word = NO_RESULT if verdict.counts and verdict.offered else fmt.MISSING
-    return f"{word}: {verdict.reason}" if reasons else word
-
-
 def methods_table(scene: SceneRecord) -> Table:
-    """Return the verdicts on each method at its finest resolution, and refusals with reasons."""
+    """Return the verdicts on each method at its finest resolution, and refusals with reasons.
+
+    One row per quantity, with the deciding load and step.
+    """
     rows: list[tuple[Cell | str, ...]] = []
     refused = scene.unsupported
     for method in scene.methods:
-        if method not in refused:
-            rows += _method_rows(scene, method)
-        elif refused[method] != NOT_ASKED:
-            reason = refused[method]
-            rows.append(
-                (cells.method(method, scene=scene), "", "", "", reason, cells.verdict("not run"))
-            )
+        label = cells.method(method, scene=scene)
+        if method in refused:
+            if refused[method] != NOT_ASKED:
+                rows.append((label, "", "", "", refused[method], cells.verdict("not run")))
+            continue
+        judged = [item for item in scene.verdicts_on(method) if item.word != NO_RESULT]
+        if not judged:
+            word = "reference" if method == scene.reference.method else NO_RESULT
+            rows.append((label, "", "", "", "", cells.verdict(word)))
+            continue
+        time = cells.duration(scene.cost(method, judged[0].resolution).seconds)
+        for index, item in enumerate(judged):
+            setting = (label, cells.count(item.resolution), time) if index == 0 else ("", "", "")
+            place = f"{quantity(item.quantity).label} ({item.where})"
+            rows.append((*setting, place, _error(item), cells.verdict(item.word)))
     return table(("method", "N", "time", "quantity", "largest error", "verdict"), rows)
-
-
-def _method_rows(scene: SceneRecord, method: str) -> list[tuple[Cell | str, ...]]:
-    """Return one row per quantity, with the deciding load and step."""
-    label = cells.method(method, scene=scene)
-    judged = [judgement for judgement in scene.verdicts_on(method) if judgement.word != NO_RESULT]
-    if not judged:
-        truth = scene.reference.method
-        word = "reference" if method == truth else NO_RESULT
-        return [(label, "", "", "", "", cells.verdict(word))]
-    time = cells.duration(scene.cost(method, judged[0].resolution).seconds)
-    rows: list[tuple[Cell | str, ...]] = []
-    for index, judgement in enumerate(judged):
-        setting = (label, cells.count(judgement.resolution), time) if index == 0 else ("", "", "")
-        label_at = f"{quantity(judgement.quantity).label} ({judgement.where})"
-        rows.append((*setting, label_at, _error(judgement), cells.verdict(judgement.word)))
-    return rows
 
 
 def answers(scenes: Iterable[SceneRecord], judged: Iterable[str]) -> Table:

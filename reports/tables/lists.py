@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from reports.tables.table import Table, table
+from reports.tables.cells import Table, table
 
 
 def scenes() -> Table:

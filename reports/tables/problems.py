@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import quantity
-from comparisons.questions.problems.sheet import Known, Sheet
+from comparisons.questions.problems.sheet import Sheet
 from reports.tables import cells
-from reports.tables.table import Cell, Table, table
+from reports.tables.cells import Cell, Table, table
 
 if TYPE_CHECKING:
     from comparisons.questions.problems.board import Judged  # half of the solvers
@@ -35,29 +35,25 @@ def problem_list(sheets: Iterable[Sheet]) -> Table:
 
 def sheet_text(sheet: Sheet) -> str:
     """Return what a sheet says beside its numbers."""
-    reference = (
-        f"sealed: SHA-256 {sheet.sealed.sha256} of {sheet.sealed.digits} digits; "
-        "`roughline submit` computes it anew"
-        if sheet.sealed
-        else f"published below{_bars(sheet)}"
-    )
+    from comparisons.results.record import is_calibrated  # reads results: not for a list
+
+    bars = [bar for known in sheet.reference.values() for bar in known.bars]
+    if sheet.sealed:
+        reference = (
+            f"sealed: SHA-256 {sheet.sealed.sha256} of {sheet.sealed.digits} digits; "
+            "`roughline submit` computes it anew"
+        )
+    elif max(bars, default=0.0) <= NOTHING_UNKNOWN:
+        reference = "published below, exact to its digits"
+    elif all(is_calibrated(sheet.tables, name) for name in sheet.quantities):
+        reference = "published below; ±: 95 % half-width of its error, by calibration"
+    else:
+        reference = "published below; ±: an estimate of its error, which no calibration covers"
     return (
         f"{sheet.id}, version {sheet.version}: {sheet.title}\n\n{sheet.definition}\n\n"
         f"Tolerance: {fmt.tolerance(sheet.tolerance)}\n"
         f"Reference: {sheet.source}\n{reference}\nLicence of this sheet: {sheet.licence}\n"
     )
-
-
-def _bars(sheet: Sheet) -> str:
-    """Say what the bars of a published reference stand for."""
-    from comparisons.results.record import is_calibrated  # reads results: not for a list
-
-    bars = [bar for known in sheet.reference.values() for bar in known.bars]
-    if max(bars, default=0.0) <= NOTHING_UNKNOWN:
-        return ", exact to its digits"
-    if all(is_calibrated(sheet.tables, name) for name in sheet.quantities):
-        return "; ±: 95 % half-width of its error, by calibration"
-    return "; ±: an estimate of its error, which no calibration covers"
 
 
 def sheet_table(sheet: Sheet) -> Table:
@@ -71,21 +67,20 @@ def sheet_table(sheet: Sheet) -> Table:
     rows = []
     for step, load in enumerate(loads.values):
         row = [cells.number(f"{load:.{DIGITS}g}", float(load))]
-        row += [_known(sheet.reference.get(name), step) for name in sheet.quantities]
+        for name in sheet.quantities:
+            known = sheet.reference.get(name)
+            if known is None:
+                row.append(Cell("wanted"))
+                continue
+            value, bar = known.values[step], known.bars[step]
+            text = f"{value:.{DIGITS}g}"
+            if bar > NOTHING_UNKNOWN:
+                text += f" ± {fmt.relative(bar)}"
+            if known.lower:
+                text += f", proved {known.lower[step]:.{DIGITS}g} to {known.upper[step]:.{DIGITS}g}"
+            row.append(cells.number(text, value))
         rows.append(row)
     return table(heads, rows)
-
-
-def _known(known: Known | None, step: int) -> Cell:
-    if known is None:
-        return Cell("wanted")
-    value, bar = known.values[step], known.bars[step]
-    text = f"{value:.{DIGITS}g}"
-    if bar > NOTHING_UNKNOWN:
-        text += f" ± {fmt.relative(bar)}"
-    if known.lower:
-        text += f", proved {known.lower[step]:.{DIGITS}g} to {known.upper[step]:.{DIGITS}g}"
-    return cells.number(text, value)
 
 
 def judged_table(judged: Judged, sheet: Sheet) -> Table:

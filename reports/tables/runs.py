@@ -1,42 +1,66 @@
-"""Tables of what was run: changes between two runs, one solve, an ensemble of surfaces."""
+"""Tables of runs: what is planned, one solve, an ensemble of surfaces, changes between two runs."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import quantity
+from comparisons.judging.multilevel import ensemble_text
+from comparisons.results.record import SceneRecord
 from comparisons.results.run_comparison import Change
+from comparisons.solving.plan_record import MethodPlan
+from reports.plots.style import look
 from reports.tables import cells
-from reports.tables.table import Cell, Table, table
+from reports.tables.cells import Cell, Table, table
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from comparisons.questions.single import SingleResult
     from comparisons.results.ensemble_folder import EnsembleRecord
+    from comparisons.solving.plan import Plan  # a page of results needs no solver
 
 TIMES = "time, before → after"
+SHOWN = ("force", "penetration", "mean_gap", "contact_area")
 
 
-def changes(solves: Sequence[Change]) -> Table:
-    """Return the change of each solve; those that make the comparison fail are highlighted."""
-    rows = (
-        (
-            change.scene,
-            cells.method(change.method),
-            cells.number(str(change.resolution or fmt.MISSING), change.resolution),
-            cells.verdict(*change.kinds),
-            Cell(change.text, change.text, "wrap"),
-            cells.change(*change.errors),
-            cells.change(*change.seconds, fmt.duration),
+def plan(planned: Plan) -> Table:
+    """Return the planned model and resolutions of each method."""
+    rows = []
+    for method in planned.methods:
+        levels = ", ".join(str(n) for n in method.resolutions) if method.supported else fmt.MISSING
+        left_out = f" [{method.reason}]" if method.reason.startswith("left out") else ""
+        modelled = method.modelled + left_out if method.supported else f"not run: {method.reason}"
+        ensemble = ensemble_text(method.method, method.numbers, method.resolutions)
+        if ensemble:
+            modelled += f"; to begin with, {ensemble}"
+        rows.append((cells.method(method.method, method.method), levels, modelled))
+    title = f"{planned.scene.heading} ({planned.scene.name})"
+    return table(("method", "resolutions", "plan"), rows, title=title)
+
+
+def plan_rows(scene: SceneRecord) -> list[dict[str, Any]]:
+    """Return the model and resolutions of each method that ran, or the reason for a refusal."""
+    refused = scene.unsupported
+    planned = {item.method: item for item in scene.plan.methods}
+    rows = []
+    for method in scene.methods:
+        item = planned.get(method, MethodPlan(method, True, ""))
+        levels = item.resolutions or scene.resolutions_solved(method)
+        ensemble = ensemble_text(method, item.numbers, item.resolutions)
+        modelled = "; ".join(filter(None, [item.modelled, ensemble]))
+        rows.append(
+            {
+                "method": method,
+                "label": look(method, scene).label,
+                "supported": method not in refused,
+                "text": refused.get(method) or modelled,
+                "resolutions": ", ".join(fmt.count(level) for level in levels),
+            }
         )
-        for change in solves
-    )
-    heads = ("scene", "method", "N", "what", "in words", "error, before → after", TIMES)
-    bad = frozenset(place for place, change in enumerate(solves) if change.bad)
-    return table(heads, rows, title="Solves that changed", strong=bad)
+    return rows
 
 
 def shown_columns(result: SingleResult) -> list[str]:
@@ -61,9 +85,6 @@ def load_steps(result: SingleResult, digits: int = 4) -> Table:
         strict=True,
     )
     return table(heads, rows, title=f"{result.plan.scene.heading}: {result.method}")
-
-
-SHOWN = ("force", "penetration", "mean_gap", "contact_area")
 
 
 def settings(record: EnsembleRecord) -> Table:
@@ -112,3 +133,22 @@ def _value(name: str, mean: float, error: float) -> Cell:
     if error:
         text += f" ± {fmt.number(error * scale.factor, 2)}"
     return cells.number(f"{text} {scale.unit}".rstrip(), mean)
+
+
+def changes(solves: Sequence[Change]) -> Table:
+    """Return the change of each solve; those that make the comparison fail are highlighted."""
+    rows = (
+        (
+            change.scene,
+            cells.method(change.method),
+            cells.number(str(change.resolution or fmt.MISSING), change.resolution),
+            cells.verdict(*change.kinds),
+            Cell(change.text, change.text, "wrap"),
+            cells.change(*change.errors),
+            cells.change(*change.seconds, fmt.duration),
+        )
+        for change in solves
+    )
+    heads = ("scene", "method", "N", "what", "in words", "error, before → after", TIMES)
+    bad = frozenset(place for place, change in enumerate(solves) if change.bad)
+    return table(heads, rows, title="Solves that changed", strong=bad)

@@ -1,26 +1,111 @@
-"""Tables of a scene: cost and errors of each setting, stability, load steps."""
+"""Tables of a scene: values, cost and errors of each setting, stability, load steps."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
 from comparisons import formatting as fmt
+from comparisons.facts.methods import CLOSED_FORM
 from comparisons.facts.quantities import counterpart, quantity
 from comparisons.judging.verdicts import NO_RESULT, Verdict
+from comparisons.methods.normal.closed_form import form_of, form_pressure
 from comparisons.results.advice import advise
 from comparisons.results.record import MEAN, SceneRecord
 from comparisons.results.rows import Rows
+from comparisons.scene.scene import Scene, SceneError, make_scene
+from comparisons.tasks.shown_loads import at_step, stored_steps
+from comparisons.tasks.stresses import FROM_PRESSURE, pressure_quantities
+from reports.plots.stored import stored_fields
 from reports.plots.style import look
 from reports.tables import cells
-from reports.tables.table import Cell, Head, Table
+from reports.tables.cells import Cell, Head, Table
 
 MOST_ROWS = 400
 OF_MEANS = (
     "Of random surfaces the errors are those of means, and a time is that of all solves that the "
     "mean stands on."
 )
+# What a reader works with; the rest is in curves.csv.
+COLUMNS = ("force", "penetration", "mean_gap", "contact_radius", "contact_area")
+STRESSES = ("pressure_mean", "pressure_peak", "von_mises_max", "von_mises_depth")
+
+
+def values(scene: SceneRecord) -> Table:
+    """Return loads, contact and stresses at every load, of the reference and the judged methods."""
+    methods = dict.fromkeys(filter(None, [scene.reference.method, *scene.judged_methods]))
+    rows: list[tuple[str, int, dict[str, float]]] = []
+    for method in methods:
+        curve = scene.curve(method)
+        for index, step in enumerate(curve["step"]):
+            known = {name: float(curve[name][index]) for name in (*COLUMNS, *STRESSES)}
+            if fmt.finite(known["force"]) and known["contact_area"] > 0:
+                known["pressure_mean"] = known["force"] / known["contact_area"]
+            asked = STRESSES if method == scene.reference.method else ("pressure_peak",)
+            found = stresses(scene, method, int(step), set(asked))
+            rows.append((method, int(step), known | found))
+    names = [n for n in (*COLUMNS, *STRESSES) if any(fmt.finite(row[n]) for _, _, row in rows)]
+    scales = {n: fmt.prefix_for([row[n] for _, _, row in rows], quantity(n).unit) for n in names}
+    heads = [Head("method"), Head("load step", short="step")]
+    for name, scale in scales.items():
+        symbol = quantity(name).symbol or quantity(name).label
+        short = f"{symbol} / {scale.unit}" if scale.unit else symbol
+        heads.append(Head(quantity(name).title(scale.unit), short=short))
+    title = (
+        f"{scene.title or scene.name}: values at every load, of the reference and of what is "
+        "judged, each at its finest resolution; means over surfaces and lines where there are "
+        "several. Stresses are those below the pressure that the method found."
+    )
+    body = []
+    for method, step, known in rows:
+        scaled = [known[name] * scale.factor for name, scale in scales.items()]
+        numbers = [
+            cells.number(fmt.number(value, 4), value) if fmt.finite(value) else cells.NOTHING
+            for value in scaled
+        ]
+        body.append((cells.method(method, scene=scene), cells.count(step + 1), *numbers))
+    return Table(tuple(heads), tuple(body), title=title)
+
+
+def stresses(
+    scene: SceneRecord, method: str, step: int, asked: set[str] | frozenset[str]
+) -> dict[str, float]:
+    """Return the peak pressure, and below indenters the stresses, of a method at a load step.
+
+    Of a closed form, or from the field that it has stored; nothing where it has none.
+    """
+    try:
+        body = make_scene(dict(scene.tables), scene.name, Path())
+    except SceneError:
+        return {}  # of a text that is no scene
+    curve = scene.curve(method)
+    here = curve.where(curve["step"] == step)
+    # Of rough surfaces the report has a figure of the stresses below; large maps are stored as
+    # means over blocks, and their rows have the peak of all cells.
+    if not body.indenter and np.isfinite(here["pressure_peak"]).any():
+        return {"pressure_peak": float(here["pressure_peak"][0])}
+    fields = _fields(scene, body, method, step, float(curve["step"].max()))
+    names = FROM_PRESSURE & asked if body.indenter else {"pressure_peak"}
+    read = pressure_quantities(body, names, fields) if "pressure" in fields else {}
+    return {name: known.value for name, known in read.items()}
+
+
+def _fields(
+    scene: SceneRecord, body: Scene, method: str, step: int, last: float
+) -> dict[str, np.ndarray]:
+    """Return the pressure of a method at a load step, with its points."""
+    if method == CLOSED_FORM and body.indenter and body.half_space.uniform and not body.physics:
+        curve = scene.curve(method)
+        depth = curve["penetration"][curve["step"] == step]
+        form = form_of(body.indenter, body.effective_modulus)
+        if form is not None and not form.pressure_is_singular:
+            return form_pressure(form, float(depth[0]))
+    stored = next((item.fields for item in stored_fields(scene, [method])), {})
+    if step == last:
+        return stored
+    return at_step(stored, step) if step in stored_steps(stored) else {}
 
 
 def settings(scene: SceneRecord) -> Table:
@@ -42,8 +127,12 @@ def printed_settings(scene: SceneRecord) -> Table:
     """Return the cost and errors at the loads used for the verdicts, for papers."""
     names = dict.fromkeys(item.quantity for item in _compared(scene))
     pairs = [(name, scene.equal_at(name)) for name in names if name in scene.quantities]
+    equal = f"at equal {quantity(scene.along).label}"
+    if counterpart(scene.along) and scene.along in scene.quantities:
+        other = quantity(counterpart(scene.along)).label
+        equal += f" ({quantity(scene.along).label} itself at equal {other})"
     title = (
-        f"{scene.title}: largest relative errors over all load steps{_equal_loads(scene)}, with "
+        f"{scene.title}: largest relative errors over all load steps {equal}, with "
         "the half-widths of their bars, and the cost of each setting on one thread. "
         f"{scene.confidence} {scene.reference.text or 'There is no reference.'}"
     )
@@ -51,15 +140,6 @@ def printed_settings(scene: SceneRecord) -> Table:
         title += f" {OF_MEANS} {single}"
     printed = _settings(scene, pairs).without("set-up", "memory", "outcome")
     return replace(printed, title=title)
-
-
-def _equal_loads(scene: SceneRecord) -> str:
-    """Return the equal loads at which the quantities of a table are compared."""
-    clause = f" at equal {quantity(scene.along).label}"
-    if not counterpart(scene.along) or scene.along not in scene.quantities:
-        return clause
-    counterpart_label = quantity(counterpart(scene.along)).label
-    return f"{clause} ({quantity(scene.along).label} itself at equal {counterpart_label})"
 
 
 def _compared(scene: SceneRecord) -> list[Verdict]:
@@ -80,57 +160,49 @@ def _settings(scene: SceneRecord, pairs: list[tuple[str, str]]) -> Table:
     judged = {(v.method, v.resolution, v.quantity, v.at): v for v in _compared(scene)}
     ensemble = any(scene.cost(*setting).surfaces > 1 for setting in _all_settings(scene))
     rows = []
-    for setting in _all_settings(scene):
-        known = [judged.get((*setting, *pair)) for pair in pairs]
-        rows.append(_setting_row(scene, *setting, known))
-        if ensemble:
-            spent = scene.cost(*setting)
-            bands = [
-                cells.number(item.single, item.single_high) if item else cells.NOTHING
-                for item in known
-            ]
-            rows[-1] += (cells.count(spent.surfaces), cells.duration(spent.single_seconds), *bands)
+    for method, level in _all_settings(scene):
+        solved, spent = scene.setting_rows(method, level), scene.cost(method, level)
+        unknowns, memory = (
+            next((v for v in solved[name] if np.isfinite(v)), np.nan)
+            for name in ("unknowns", "memory")
+        )
+        truth = scene.is_reference(method, level)
+        lost, total = _lost_of(scene, method, level)
+        if lost:
+            failed = "failed" if lost == total else f"{lost} of {total} failed"
+            outcome = Cell(failed, "failed", "failed")
+        else:
+            itself = method == scene.reference.method
+            word = "same method as the reference" if itself else "converged"
+            word = "reference" if truth else word
+            outcome = Cell(word, word)
+        errors, bands = [], []
+        for pair in pairs:
+            known = judged.get((method, level, *pair))
+            error = band = cells.NOTHING
+            if known:
+                error = cells.error(known.error, known.uncertainty, known.number)
+                band = cells.number(known.single, known.single_high)
+            errors.append(cells.number("reference", 0.0) if truth else error)
+            bands.append(band)
+        row = (
+            cells.method(method, scene=scene),
+            cells.count(level),
+            cells.count(unknowns),
+            cells.duration(spent.seconds),
+            cells.duration(spent.setup_seconds),
+            cells.number(fmt.memory(memory or None), memory),
+            outcome,
+            *errors,
+        )
+        one = (cells.count(spent.surfaces), cells.duration(spent.single_seconds), *bands)
+        rows.append((*row, *one) if ensemble else row)
     return Table((*heads, *single) if ensemble else tuple(heads), tuple(rows))
 
 
 def _all_settings(scene: SceneRecord) -> list[tuple[str, float]]:
     names = [n for n in scene.methods if n not in scene.unsupported]
     return [(name, level) for name in names for level in scene.resolutions_run(name)]
-
-
-def _setting_row(
-    scene: SceneRecord,
-    method: str,
-    level: float,
-    errors: list[Verdict | None],
-) -> tuple[Cell, ...]:
-    rows = scene.setting_rows(method, level)
-    first = {
-        name: next((v for v in rows[name] if np.isfinite(v)), np.nan)
-        for name in ("unknowns", "memory")
-    }
-    spent = scene.cost(method, level)
-    truth = scene.is_reference(method, level)
-    return (
-        cells.method(method, scene=scene),
-        cells.count(level),
-        cells.count(first["unknowns"]),
-        cells.duration(spent.seconds),
-        cells.duration(spent.setup_seconds),
-        cells.number(fmt.memory(first["memory"] or None), first["memory"]),
-        _outcome(
-            *_lost_of(scene, method, level), truth, judges_itself=method == scene.reference.method
-        ),
-        *(_error_cell(error, truth) for error in errors),
-    )
-
-
-def _error_cell(error: Verdict | None, truth: bool) -> Cell:
-    if truth:
-        return cells.number("reference", 0.0)
-    if error is None:
-        return cells.NOTHING
-    return cells.error(error.error, error.uncertainty, error.number)
 
 
 def _lost_of(scene: SceneRecord, method: str, level: float) -> tuple[int, int]:
@@ -144,14 +216,6 @@ def _lost_of(scene: SceneRecord, method: str, level: float) -> tuple[int, int]:
     return int((~rows["converged"]).sum()), max(planned, len(rows))
 
 
-def _outcome(lost: int, total: int, truth: bool, *, judges_itself: bool) -> Cell:
-    if not lost:
-        text = "same method as the reference" if judges_itself else "converged"
-        return Cell("reference" if truth else text, "reference" if truth else text, "text")
-    failed = "failed" if lost == total else f"{lost} of {total} failed"
-    return Cell(failed, "failed", "failed")
-
-
 def stability(scene: SceneRecord) -> Table:
     """Return the convergence, iterations, violation and failures of every setting."""
     heads = (
@@ -159,37 +223,37 @@ def stability(scene: SceneRecord) -> Table:
         *(Head("iterations, min"), Head("iterations, max")),
         *(Head("largest violation", "violation"), Head("failures")),
     )
-    rows = tuple(_stability_row(scene, *setting) for setting in _all_settings(scene))
+    body = []
+    for method, level in _all_settings(scene):
+        rows = scene.setting_rows(method, level)
+        rows = rows.where(rows["realisation"] != MEAN)
+        good = rows["converged"]
+        lost, total = _lost_of(scene, method, level)
+        solved = total - lost
+        rounds = rows["iterations"][good]
+        rounds = rounds[np.isfinite(rounds)]
+        least, most = (rounds.min(), rounds.max()) if len(rounds) else (np.nan, np.nan)
+        violation = rows["violation"][good]
+        worst = float(np.nanmax(violation)) if np.isfinite(violation).any() else np.nan
+        reasons = dict.fromkeys(filter(None, rows["reason"][~good]))
+        failed = "; ".join(reasons) or ("no reason given" if lost else "none")
+        body.append(
+            (
+                cells.method(method, scene=scene),
+                cells.count(level),
+                Cell(fmt.count(solved), solved, "failed" if lost else "number"),
+                cells.count(total),
+                cells.count(least),
+                cells.count(most),
+                cells.relative(worst),
+                Cell(failed, failed, "failed wrap" if lost else "text wrap"),
+            )
+        )
     note = (
         "Over all load steps and realisations; iterations and violation over the realisations that "
         "have rows in results.csv. Iterations: 0 for direct methods."
     )
-    return Table(heads, rows, note=note)
-
-
-def _stability_row(scene: SceneRecord, method: str, level: float) -> tuple[Cell, ...]:
-    rows = scene.setting_rows(method, level)
-    rows = rows.where(rows["realisation"] != MEAN)
-    good = rows["converged"]
-    lost, total = _lost_of(scene, method, level)
-    solved = total - lost
-    rounds = rows["iterations"][good]
-    rounds = rounds[np.isfinite(rounds)]
-    least, most = (rounds.min(), rounds.max()) if len(rounds) else (np.nan, np.nan)
-    violation = rows["violation"][good]
-    worst = float(np.nanmax(violation)) if np.isfinite(violation).any() else np.nan
-    reasons = dict.fromkeys(filter(None, rows["reason"][~good]))
-    failed = "; ".join(reasons) or ("no reason given" if solved < total else "none")
-    return (
-        cells.method(method, scene=scene),
-        cells.count(level),
-        Cell(fmt.count(solved), solved, "number" if solved == total else "failed"),
-        cells.count(total),
-        cells.count(least),
-        cells.count(most),
-        cells.relative(worst),
-        Cell(failed, failed, "text wrap" if solved == total else "failed wrap"),
-    )
+    return Table(heads, tuple(body), note=note)
 
 
 def lost_solves(scene: SceneRecord) -> list[str]:
@@ -218,37 +282,25 @@ def load_steps(scene: SceneRecord) -> Table:
     first = [scene.drawn_along, scene.control, "penetration", "force", "contact_area"]
     names = list(dict.fromkeys(first))
     names += [name for name in scene.quantities if name not in names]
-    names = [name for name in names if np.isfinite(rows[name]).any()]
-    errors = [name for name in scene.quantities if np.isfinite(rows[f"error_{name}"]).any()]
-    scales = {name: fmt.prefix_for(rows[name], quantity(name).unit) for name in names}
     heads = [Head("method"), Head("N", "resolution"), Head("step")]
-    heads += [Head(quantity(name).title(scales[name].unit)) for name in names]
-    heads += [Head(f"error of {quantity(name).label}") for name in errors]
-    heads += [Head("iterations")]
-    note = f"The first {MOST_ROWS} of {total} rows; " if total > MOST_ROWS else ""
-    note += "all rows, realisations and columns are in results.csv."
-    body = tuple(_step_rows(scene, rows, names, scales, errors))
-    return Table(tuple(heads), body, note=note[0].upper() + note[1:])
-
-
-def _step_rows(
-    scene: SceneRecord,
-    rows: Rows,
-    names: list[str],
-    scales: dict[str, fmt.Scale],
-    errors: list[str],
-) -> list[tuple[Cell, ...]]:
-    columns: list[list[Cell]] = [
+    columns = [
         [cells.method(method, scene=scene) for method in rows["method"]],
         [cells.count(v) for v in rows["resolution"]],
         [cells.count(v + 1) for v in rows["step"]],
     ]
     for name in names:
         values = rows[name]
-        scaled = values * scales[name].factor
-        columns.append([cells.number(fmt.number(v), v) for v in scaled])
-    for name in errors:
-        values = rows[f"error_{name}"]
-        columns.append([cells.signed_error(v) for v in values])
+        if np.isfinite(values).any():
+            scale = fmt.prefix_for(values, quantity(name).unit)
+            heads.append(Head(quantity(name).title(scale.unit)))
+            columns.append([cells.number(fmt.number(v), v) for v in values * scale.factor])
+    for name in scene.quantities:
+        errors = rows[f"error_{name}"]
+        if np.isfinite(errors).any():
+            heads.append(Head(f"error of {quantity(name).label}"))
+            columns.append([cells.signed_error(v) for v in errors])
+    heads.append(Head("iterations"))
     columns.append([cells.count(v) for v in rows["iterations"]])
-    return list(zip(*columns, strict=True))
+    note = f"The first {MOST_ROWS} of {total} rows; " if total > MOST_ROWS else ""
+    note += "all rows, realisations and columns are in results.csv."
+    return Table(tuple(heads), tuple(zip(*columns, strict=True)), note=note[0].upper() + note[1:])

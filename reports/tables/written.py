@@ -1,11 +1,16 @@
-"""Tables written: data frames, LaTeX with booktabs rules, Markdown, and on a terminal with rich."""
+"""Tables written: data frames, LaTeX with booktabs rules, Markdown, and on a terminal with rich.
+
+Tables that scripts generate stand in the pages of the documentation between markers.
+"""
 
 from __future__ import annotations
 
 import re
 import shutil
-from collections.abc import Iterable
+import sys
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from io import StringIO
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich import table as rich
@@ -13,11 +18,12 @@ from rich.console import Console
 from rich.markup import escape
 
 from comparisons import formatting as fmt
-from reports.tables.table import Table
+from reports.tables.cells import Table
 
 if TYPE_CHECKING:
     import pandas as pd
 
+Rows = Sequence[Sequence[str]]
 _SPECIAL = {
     "\\": r"\textbackslash{}",
     "{": r"\{",
@@ -142,6 +148,38 @@ def markdown(text: str) -> str:
         r"\\\1",
         "".join(c if c.isprintable() or c == fmt.THIN else " " for c in line),
     )
+
+
+def markdown_rows(rows: Rows) -> str:
+    """Return rows, the header first, as a Markdown table; cells are already Markdown.
+
+    >>> print(markdown_rows([["N", "error"], ["4", "1 %"]]))
+    | N | error |
+    |---|---|
+    | 4 | 1 % |
+    """
+    head, *body = map(_bars, rows)
+    return "\n".join([head, "|" + "---|" * len(rows[0]), *body])
+
+
+def rewrite(
+    page: Path, tables: Mapping[str, Callable[[], Rows]], names: Collection[str] = ()
+) -> None:
+    """Rewrite tables of a page between their markers, and print those that it does not show.
+
+    All tables, or only those with these names.
+    """
+    text = page.read_text(encoding="utf-8")
+    for name, make in tables.items():
+        if names and name not in names:
+            continue
+        table = markdown_rows(make())
+        before, marker, after = text.partition(f"<!-- table: {name} -->\n")
+        if marker:
+            text = f"{before}{marker}{table}\n{after[after.index('<!-- end -->') :]}"
+        else:
+            sys.stdout.write(f"{name}\n\n{table}\n\n")
+    page.write_text(text, encoding="utf-8")
 
 
 SHORT = 22  # characters: cells that are not folded, so that long texts give way and no word breaks

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from comparisons.results.run_comparison import RunComparison
     from comparisons.solving.plan import Plan
     from comparisons.tasks.task import Task
-    from reports.tables.table import Table
+    from reports.tables.cells import Table
 
 MANY = 12
 FEW = 12  # quantities of all scenes that are printed without being asked
@@ -43,7 +43,7 @@ UNFOLDED = 100_000  # columns, more than any line has
 
 def print_plans(plans: list[Plan]) -> None:
     """Print what would be modelled, what is left out and why; what is true of all, once."""
-    from reports.tables.plans import plan as plan_table
+    from reports.tables.runs import plan as plan_table
 
     console = _console()
     printed_lines: set[str] = set()
@@ -178,7 +178,7 @@ def print_claims(record: ClaimsRecord, report: Path) -> None:
 
     Of more claims than a screen holds a terminal shows those that differ, and counts the verdicts.
     """
-    from reports.tables.claims import claims
+    from reports.tables.validation import claims
 
     console = _console()
     for claim in record.claims:
@@ -222,7 +222,7 @@ def print_benchmarks(timings: dict[str, list[Measurement]]) -> None:
     """Print the times of each benchmark as ratios to its yardsticks, and the machine."""
     from comparisons.machine import machine, machine_text
     from comparisons.questions.benchmarks.yardstick import vector_features
-    from reports.tables.checks import measured
+    from reports.tables.validation import measured
 
     console = _console()
     for name, rows in timings.items():
@@ -244,7 +244,7 @@ def status() -> Iterator[Callable[[str], None]]:
 
 def print_findings(findings: list[Finding], baseline: Path) -> None:
     """Print the findings of a check: every drift, and remarks."""
-    from reports.tables.checks import against_baseline
+    from reports.tables.validation import against_baseline
 
     console = _console()
     if not findings:
@@ -280,7 +280,7 @@ def print_advice(advices: list[tuple[str, Advice]]) -> None:
 
 def print_hard_cases(record: HardCasesRecord, page: Path) -> None:
     """Print the stability table, and the differences from the catalogue."""
-    from reports.tables.checks import outcomes
+    from reports.tables.validation import outcomes
 
     console = _console()
     console.print(drawn(outcomes(record), unfolded=True))

@@ -135,7 +135,7 @@ def calibrate(
     from comparisons.questions.calibration_cases import fitted_shares, summary
     from comparisons.results.folder import PAGE, held
     from reports.pages.calibration import calibration_page
-    from reports.tables.calibration import by_quantity, kinds, other_widths, rule
+    from reports.tables.validation import by_quantity, kinds, other_widths, rule
     from roughline.commands.progress import watching
     from roughline.commands.terminal import print_table, print_text
 

@@ -10,7 +10,7 @@ import pytest
 from reference.contact import body as contact_body
 from reference.halfspace import FreeOperator, PeriodicOperator, kernels
 from reference.halfspace.traction import Compliance, NormalAndTangential
-from reports.tables.documents import markdown
+from reports.tables.written import markdown_rows
 
 
 def love_with_50_digits(i: int, j: int, dx: float, dy: float):
@@ -111,7 +111,7 @@ def test_the_kernels_on_the_page_are_those_of_the_code():
     tables = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(tables)
     page = (root / "docs" / "half-space.md").read_text(encoding="utf-8")
-    assert markdown(tables.transfer_ratio()) in page
+    assert markdown_rows(tables.transfer_ratio()) in page
 
 
 @pytest.mark.parametrize(

@@ -23,8 +23,7 @@ from comparisons.results.store import load_study, save_study
 from reports.paper.figures import HIGH, LOW, overview, panels, single, verdict_map
 from reports.paper.files import write_paper
 from reports.tables.judged import printed_verdicts
-from reports.tables.scene import printed_settings
-from reports.tables.values import values
+from reports.tables.scene import printed_settings, values
 from reports.tables.written import frame
 
 pytestmark = pytest.mark.slow

@@ -11,7 +11,7 @@ from reduced.motion.course import Stepping
 from reference.dynamics import coulomb
 from reference.dynamics.coulomb import march
 from reference.dynamics.event_driven import follow
-from reports.tables.documents import markdown
+from reports.tables.written import markdown_rows
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -27,7 +27,7 @@ def block_of(name):
 def test_the_tables_of_the_page_are_those_of_the_script(script, name):
     """Those without times or scatter are made anew and compared; the tests below are their law."""
     number = r"[-+]?\d+\.\d+(?:e[-+]\d+)?"
-    block, anew = block_of(name), markdown(script("friction_and_impact_tables").TABLES[name]())
+    block, anew = block_of(name), markdown_rows(script("friction_and_impact_tables").TABLES[name]())
     assert re.sub(number, "#", anew) == re.sub(number, "#", block)
     shown, result = ([float(x) for x in re.findall(number, t)] for t in (block, anew))
     np.testing.assert_allclose(shown, result, rtol=2e-3)

@@ -15,7 +15,7 @@ from reports.pages.hard_cases import hard_cases_page
 from reports.pages.page import render
 from reports.pages.runs import comparison_page
 from reports.tables import cells
-from reports.tables.table import table
+from reports.tables.cells import table
 
 
 def of_claims(study) -> str:

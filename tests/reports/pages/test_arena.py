@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from reports.pages.page import render
-from reports.tables.table import table
+from reports.tables.cells import table
 
 EXAMPLES = Path(__file__).parents[3] / "docs" / "examples"
 

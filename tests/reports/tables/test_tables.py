@@ -13,9 +13,8 @@ from comparisons.scene.units import PRESSURE, number_and_unit, to_si
 from reports.pages.page import environment
 from reports.tables import cells
 from reports.tables.card import _bodies, card
-from reports.tables.documents import rewrite
-from reports.tables.table import table, tone
-from reports.tables.written import alignment, drawn, frame, in_markdown, latex
+from reports.tables.cells import table, tone
+from reports.tables.written import alignment, drawn, frame, in_markdown, latex, rewrite
 from roughline import notebook
 
 HOSTILE = "a|b [bold] <i> $x"
