@@ -77,9 +77,14 @@ const specOf = (canvas) => {
 // resets, and what is to be saved has buttons of its own.
 const CONFIG = { displaylogo: false, responsive: true, displayModeBar: false, scrollZoom: false };
 
-const draw = (canvas, print) => {
-  const spec = specOf(canvas);
-  if (print) {
+const draw = (canvas, purpose) => {
+  const spec = specOf(canvas), size = canvas._fullLayout?._size;
+  if (purpose === "step" && size && spec.layout.yaxis?.range) {
+    // Another load on the same axes needs the same room: its search takes time.
+    spec.layout.margin = { l: size.l, r: size.r, t: size.t, b: size.b, autoexpand: false };
+    for (const axis of ["xaxis", "yaxis"]) spec.layout.template.layout[axis].automargin = false;
+  }
+  if (purpose === "print") {
     Object.assign(spec.layout, { autosize: false, width: PRINT_WIDTH, height: PRINT_HEIGHT });
     spec.layout.template.layout.font.size = 10;
     Object.assign(spec.layout.template.layout.legend, { font: { size: 8 }, entrywidth: 72 });
@@ -125,6 +130,6 @@ dark.addEventListener("change", redraw);
 // Paper is always light and has a width of its own.
 window.addEventListener("beforeprint", () => {
   theme = THEMES.light;
-  canvases.filter((canvas) => canvas.offsetParent).forEach((canvas) => draw(canvas, true));
+  canvases.filter((canvas) => canvas.offsetParent).forEach((canvas) => draw(canvas, "print"));
 });
 window.addEventListener("afterprint", redraw);

@@ -7,7 +7,7 @@ const equipSliders = () => {
   const drawLate = () => {
     const [canvas] = late;
     late.delete(canvas);
-    draw(canvas);
+    draw(canvas, "step");
     if (late.size) requestAnimationFrame(drawLate);
   };
   const inSight = (canvas) => {
@@ -36,7 +36,7 @@ const equipSliders = () => {
     const input = bar.querySelector("input");
     input.addEventListener("input", () => {
       const last = Number(input.max) === Number(input.value);
-      state.set(`load.${bar.dataset.scene}`, last ? null : input.value, bar);
+      state.set(`load.${bar.dataset.scene}`, last ? null : input.value, bar, true);
       apply();
     });
   }

@@ -8,7 +8,10 @@ const state = (() => {
   let [anchor, query] = read();
   let values = new URLSearchParams(query);
   const listeners = [];
+  let later = null;
   const write = () => {
+    clearTimeout(later);
+    later = null;
     const text = values.toString();
     const hash = "#" + encodeURIComponent(anchor) + (text ? "?" + text : "");
     if (hash !== (location.hash || "#")) history.replaceState(null, "", hash);
@@ -37,11 +40,13 @@ const state = (() => {
   });
   return {
     get: (key) => values.get(key),
-    set(key, value, element) {
+    // While something moves the address follows late: a browser takes few new ones in a second.
+    set(key, value, element, moves = false) {
       if (value === null || value === "") values.delete(key);
       else values.set(key, value);
       anchor = element?.closest("section[id]")?.id ?? anchor;
-      write();
+      if (moves) later ??= setTimeout(write, 200);
+      else write();
     },
     // Call `listener` now, and whenever another link is followed.
     follow(listener) {
