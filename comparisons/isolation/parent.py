@@ -345,7 +345,19 @@ def _read(folder: Path, code: int, finite: bool) -> tuple[Ended, dict[str, Any],
     except (OSError, ValueError, KeyError, TypeError):
         pass
     if code != 0:
-        return KILLED, {}, _death(code, folder / "stderr")
+        text = f"the process ended with exit code {code}"
+        if code < 0:
+            try:
+                name = signal.Signals(-code).name
+            except ValueError:
+                name = str(-code)
+            text = f"the process was ended by signal {name}"
+            if name == "SIGKILL":
+                text += ", which the system sends when memory runs out"
+        # the last line that it wrote
+        errors = (folder / "stderr").read_text(encoding="utf-8", errors="replace")
+        lines = errors.strip().splitlines()
+        return KILLED, {}, f"{text}: {lines[-1][:200]}" if lines else text
     try:
         with np.load(folder / ANSWER, allow_pickle=False) as stored:
             answer: dict[str, Any] = json.loads(str(stored[DOCUMENT]))
@@ -369,19 +381,3 @@ def _is_finite(value: Any) -> bool:
     if isinstance(value, list):
         return all(_is_finite(entry) for entry in value)
     return not isinstance(value, float) or bool(np.isfinite(value))
-
-
-def _death(code: int, errors: Path) -> str:
-    """Return the cause of a process's end, with the last line that it wrote."""
-    if code < 0:
-        try:
-            name = signal.Signals(-code).name
-        except ValueError:
-            name = str(-code)
-        text = f"the process was ended by signal {name}"
-        if name == "SIGKILL":
-            text += ", which the system sends when memory runs out"
-    else:
-        text = f"the process ended with exit code {code}"
-    lines = errors.read_text(encoding="utf-8", errors="replace").strip().splitlines()
-    return f"{text}: {lines[-1][:200]}" if lines else text

@@ -101,19 +101,17 @@ class TruePressure:
         weight, keep = coarse["pressure_weight"], self.regular(coarse)
         values = (coarse["pressure"], finest, weight, keep)
         if fields is not None:
-            values = _over_cells(values, coarse, self._cells_in(fields))
+            # how many of the truth's cells along x and y one cell of the solution covers
+            own, other = (f.get("pressure_shape") for f in (self.truth.solution.fields, fields))
+            cells = 1, 1
+            if own is not None and other is not None:
+                counts = [(int(n), int(m)) for n, m in zip(own, other, strict=True)]
+                if all(n % m == 0 for n, m in counts):
+                    cells = counts[0][0] // counts[0][1], counts[1][0] // counts[1][1]
+            values = _over_cells(values, coarse, cells)
         before, after, weight, keep = values
         change = pressure_difference(before, weight, after, keep)
         return SAFE * change / (self.truth.resolution / coarser - 1)
-
-    def _cells_in(self, fields: Fields) -> tuple[int, int]:
-        """Return how many of the truth's cells along x and y one cell of a solution covers."""
-        shapes = [f.get("pressure_shape") for f in (self.truth.solution.fields, fields)]
-        if any(shape is None for shape in shapes):
-            return 1, 1
-        own, other = ([int(n) for n in shape] for shape in shapes)  # type: ignore[union-attr]
-        whole = all(n % m == 0 for n, m in zip(own, other, strict=True))
-        return (own[0] // other[0], own[1] // other[1]) if whole else (1, 1)
 
     @cached_property
     def _form(self) -> ClosedForm | None:

@@ -164,7 +164,16 @@ def grid_uncertainty(
         else:
             previous = np.where(finest > 0, (curves[-2] - curves[-3]) / finest, np.nan)
             before = resolutions[-2] / resolutions[-3]
-            order, factor = _order(rule, last, previous, ratio, before)
+            fine, coarse = _typical(last), _typical(previous)
+            order, factor = 1.0, rule.safe
+            if fine != 0 and np.isfinite(fine * coarse):
+                observed = _observed(coarse / fine, ratio, before)
+                monotone = np.nansum(last * previous) > 0
+                if monotone and observed >= rule.lowest:
+                    order = float(min(observed, rule.highest))
+                else:
+                    order = rule.lowest if monotone and observed > 0 else 1.0
+                    factor = rule.unsafe
             predicted = np.abs(previous) * (1 - ratio**-order) / (before**order - 1)
             last = np.fmax(np.abs(last), predicted)
         difference = np.fmax(np.abs(last), rule.floor * _typical(last))
@@ -262,21 +271,6 @@ def of_fewer_cells(bars: np.ndarray) -> np.ndarray:
     [0.03, 0.03, nan, 0.02]
     """
     return np.where(np.isnan(bars), bars, np.fmax.accumulate(bars[::-1])[::-1])
-
-
-def _order(
-    rule: Rule, last: np.ndarray, previous: np.ndarray, ratio: float, before: float
-) -> tuple[float, float]:
-    """Return the order used and the safety factor that its credibility deserves."""
-    fine, coarse = _typical(last), _typical(previous)
-    if fine == 0 or not np.isfinite(fine * coarse):
-        return 1.0, rule.safe
-    observed = _observed(coarse / fine, ratio, before)
-    monotone = np.nansum(last * previous) > 0
-    if monotone and observed >= rule.lowest:
-        return float(min(observed, rule.highest)), rule.safe
-    slow = monotone and observed > 0
-    return rule.lowest if slow else 1.0, rule.unsafe
 
 
 def _observed(shrinking: float, ratio: float, before: float) -> float:

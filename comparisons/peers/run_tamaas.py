@@ -53,7 +53,14 @@ class TamaasPeer:
             return self._at_force(load, tolerance, start)
         if not self.free:
             mean = load if self.control == "mean_gap" else float(self.gap.mean()) - load
-            return self._at_mean_gap(mean, tolerance)
+            kind = self.tamaas.PolonskyKeerRey.gap
+            self.model.traction[:] = 0.0
+            solver = self.tamaas.PolonskyKeerRey(self.model, -self.gap, tolerance, kind, kind)
+            answer = self._finish(solver, mean, tolerance)
+            if answer.pressure is not None:
+                # The gap is the unknown; where it is open, the remaining pressure is the residual.
+                answer.pressure[np.array(self.model["gap"]).reshape(self.shape) > 0] = 0.0
+            return answer
         return self._at_penetration(load, tolerance, start)
 
     def _at_force(self, force: float, tolerance: float, start: np.ndarray) -> PeerAnswer:
@@ -62,16 +69,6 @@ class TamaasPeer:
         if self.free:
             solver.setIntegralOperator(_FREE)
         return self._finish(solver, force / (self.size[0] * self.size[1]), tolerance)
-
-    def _at_mean_gap(self, mean: float, tolerance: float) -> PeerAnswer:
-        kind = self.tamaas.PolonskyKeerRey.gap
-        self.model.traction[:] = 0.0
-        solver = self.tamaas.PolonskyKeerRey(self.model, -self.gap, tolerance, kind, kind)
-        answer = self._finish(solver, mean, tolerance)
-        if answer.pressure is not None:
-            # The gap is the unknown; where it is open, the remaining pressure is the residual.
-            answer.pressure[np.array(self.model["gap"]).reshape(self.shape) > 0] = 0.0
-        return answer
 
     def _finish(self, solver: Any, target: float, tolerance: float) -> PeerAnswer:
         solver.max_iter = MOST_ITERATIONS

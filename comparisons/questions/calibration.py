@@ -20,7 +20,7 @@ sharp edges, and ellipses; the fitting half has the Hurst exponents of either en
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -43,7 +43,6 @@ from comparisons.scene.scene import load_scene, make_scene
 from comparisons.solving.inquiries import Inquiry, curves, together
 from comparisons.solving.plan import Plan
 from comparisons.solving.planning import plan_scene
-from comparisons.tasks.solution import Solved
 
 Halves = dict[str, dict[str, dict[str, Any]]]
 SHAPES: Halves = {
@@ -165,71 +164,63 @@ def shape_cases(
     table: dict[str, Any],
     series: dict[str, tuple[tuple[int, ...], ...]] = SERIES,
 ) -> Inquiry[list[Case]]:
-    """Solve one shape under both controls; return its cases."""
-    controls = ("penetration", "force")
-    # Meshes take seconds and are the same under force control.
-    names = {c: [m for m in series if METHODS[m].grid or c == "penetration"] for c in controls}
-    plans = [_plan(table, c, {name: series[name] for name in names[c]}) for c in controls]
+    """Solve one shape under both controls; return its cases.
+
+    One per quantity, without the area of flat punches, which is given.
+    """
+    plans: dict[str, Plan] = {}
+    for control in ("penetration", "force"):
+        data = {
+            "name": "calibration",
+            "half_space": {"effective_modulus": 1.0},
+            "indenter": table,
+            "loading": {control: LOADS},
+            # the finest intervals that a scene asks for
+            "compare": {"quantities": list(SINGLE_CONTACTS), "tolerance": 1e-3},
+        }
+        (plan, *_) = plan_scene(make_scene(data, "calibration", Path()))
+        # Meshes take seconds and are the same under force control.
+        names = [m for m in series if METHODS[m].grid or control == "penetration"]
+        levels = {name: tuple(sorted(set(sum(series[name], ())))) for name in names}
+        levels[CLOSED_FORM] = (1,)
+        methods = (replace(m, resolutions=levels.get(m.method, ())) for m in plan.methods)
+        plans[control] = replace(plan, methods=tuple(methods))
     cases: list[Case] = []
-    enclosed = {control: sides_of(plan) for control, plan in zip(controls, plans, strict=True)}
-    for control, solved in zip(controls, (yield from together(map(curves, plans))), strict=True):
+    enclosed = {control: sides_of(plan) for control, plan in plans.items()}
+    done = yield from together(map(curves, plans.values()))
+    for control, solved in zip(plans, done, strict=True):
         exact = solved[CLOSED_FORM, 1].quantities
-        for method in names[control]:
-            for levels in series[method]:
-                part = {(method, n): solved[method, n] for n in levels}
-                cases += _series(half, shape, control, part, exact, table["shape"] in FLAT)
-    return [held_against(enclosed[case.control], case) for case in cases]
-
-
-def _plan(
-    table: dict[str, Any], control: str, series: dict[str, tuple[tuple[int, ...], ...]]
-) -> Plan:
-    data = {
-        "name": "calibration",
-        "half_space": {"effective_modulus": 1.0},
-        "indenter": table,
-        "loading": {control: LOADS},
-        # the finest intervals that a scene asks for
-        "compare": {"quantities": list(SINGLE_CONTACTS), "tolerance": 1e-3},
-    }
-    (plan, *_) = plan_scene(make_scene(data, "calibration", Path()))
-    levels = {name: tuple(sorted(set(sum(all_levels, ())))) for name, all_levels in series.items()}
-    levels[CLOSED_FORM] = (1,)
-    methods = (replace(m, resolutions=levels.get(m.method, ())) for m in plan.methods)
-    return replace(plan, methods=tuple(methods))
-
-
-def _series(
-    half: str,
-    shape: str,
-    control: str,
-    solved: Solved,
-    exact: dict[str, np.ndarray],
-    flat: bool,
-) -> Iterable[Case]:
-    """Yield one case per quantity, without the area of flat punches, which is given."""
-    references = truths(solved, control)
-    if not references or not all(solution.converged.all() for solution in solved.values()):
-        return
-    (truth,) = references
-    levels = tuple(n for _, n in solved)
-    for name in SINGLE_CONTACTS:
-        if name == control or name not in truth.curves or (flat and name == "contact_area"):
-            continue
-        parts = truth.sources[name]
-        yield Case(
-            half=half,
-            shape=shape,
-            method=truth.method,
-            control=control,
-            quantity=name,
-            kind=truth.levels.kind,
-            resolutions=levels,
-            errors=np.abs(relative_error(truth.curves[name], exact[name][0])),
-            curves=np.array([solution.quantities[name][0] for solution in solved.values()]),
-            bars_beside_grid=combined(*(parts[key] for key in parts if key != DISCRETISATION)),
-            areas=truth.curves["contact_area"],
-        )
+        several = [
+            {(method, n): solved[method, n] for n in grids}
+            for method in series
+            if METHODS[method].grid or control == "penetration"
+            for grids in series[method]
+        ]
+        for part in several:
+            references = truths(part, control)
+            if not references or not all(s.converged.all() for s in part.values()):
+                continue
+            (truth,) = references
+            for name in SINGLE_CONTACTS:
+                given = name == "contact_area" and table["shape"] in FLAT
+                if name == control or name not in truth.curves or given:
+                    continue
+                bars = [b for source, b in truth.sources[name].items() if source != DISCRETISATION]
+                case = Case(
+                    half=half,
+                    shape=shape,
+                    method=truth.method,
+                    control=control,
+                    quantity=name,
+                    kind=truth.levels.kind,
+                    resolutions=tuple(n for _, n in part),
+                    errors=np.abs(relative_error(truth.curves[name], exact[name][0])),
+                    curves=np.array([solution.quantities[name][0] for solution in part.values()]),
+                    bars_beside_grid=combined(*bars),
+                    areas=truth.curves["contact_area"],
+                )
+                cases.append(held_against(enclosed[control], case))
+    return cases
 
 
 def rough_cases(half: str, name: str, surface: dict[str, Any]) -> Inquiry[list[Case]]:

@@ -176,7 +176,16 @@ def _moves(name: str, method: str, changes: list[Change]) -> list[Finding]:
     still = _list([title_of(truth) for truth in truths if truth not in moved])
     subject = "the reduced model" if method == MODEL_NAME else title_of(method)
     model = moved.pop(method, None)
-    shared = [truth for truth, move in moved.items() if model is not None and _alike(model, move)]
+    shared = []  # references whose common quantities all changed by the model's factor
+    for truth, move in moved.items():
+        if model is None:
+            break
+        common = [name for name in model.moves if name in move.moves]
+        size = max((abs(model.moves[name]) for name in common), default=0.0)
+        apart_by = max((abs(model.moves[name] - move.moves[name]) for name in common), default=0.0)
+        whole = not {LOST, ONE_SIDED} & {*model.kinds, *move.kinds}
+        if whole and size > MOVED and apart_by <= ALIKE * size:
+            shared.append(truth)
     if model is not None and shared:
         both = _list([subject, *map(title_of, shared)])
         factor = f"{number(1 + model.change, 6)} ({model.quantity.replace('_', ' ')})"
@@ -199,15 +208,6 @@ def _moves(name: str, method: str, changes: list[Change]) -> list[Finding]:
         Finding(name, MODEL, own, model is not None),
         Finding(name, REFERENCES, others, bool(moved)),
     ]
-
-
-def _alike(model: Change, truth: Change) -> bool:
-    """Return whether all common quantities changed by the same factor."""
-    common = [name for name in model.moves if name in truth.moves]
-    size = max((abs(model.moves[name]) for name in common), default=0.0)
-    apart = max((abs(model.moves[name] - truth.moves[name]) for name in common), default=0.0)
-    whole = not {LOST, ONE_SIDED} & {*model.kinds, *truth.kinds}
-    return whole and size > MOVED and apart <= ALIKE * size
 
 
 def _pair(disagreement: str) -> str:

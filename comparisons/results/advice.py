@@ -300,11 +300,23 @@ def _sentence(record: SceneRecord, advice: Advice) -> str:
         if last.verdict == WITHIN:  # of few contacts
             failures[NOT_RESOLVED].append(f"{last.title} (within by chance, N = {last.resolution})")
             continue
-        level = "" if last.verdict == NO_RESULT else f", N = {last.resolution}"
-        failures[last.verdict].append(f"{last.title} ({last.deciding.text}{level}{chance})")
+        grid = "" if last.verdict == NO_RESULT else f", N = {last.resolution}"
+        failures[last.verdict].append(f"{last.title} ({last.deciding.text}{grid}{chance})")
     for word, methods in failures.items():
         advice_text += f"; {word}: {', '.join(methods)}" if methods else ""
-    return f"{advice_text}{left}; truth: {_truth_words(record, advice.quantities)}."
+    truth, level = record.reference.method, record.reference.resolution
+    truth_text = "closed form"
+    if truth != CLOSED_FORM:
+        bar = truth_known_to(record, advice.quantities)
+        accuracy = f"known to {relative(bar)}"
+        if not math.isfinite(bar):
+            grids = set(record.solved_rows(truth)["resolution"])
+            alone = ": only one resolution was run" if len(grids) == 1 else ""
+            accuracy = f"its error is not known{alone}"
+        ensemble = record.cost(truth, level).solves
+        mean = f", mean over {ensemble}" if ensemble else ""
+        truth_text = f"{record.title_of(truth)} (N = {level}{mean}), {accuracy}"
+    return f"{advice_text}{left}; truth: {truth_text}."
 
 
 def _single(record: SceneRecord) -> str:
@@ -350,19 +362,3 @@ def wide_truth(record: SceneRecord, effort: str) -> str:
         f"reference: {title}, known to {relative(wide[worst])} in {quantity(worst).label}, "
         f"wider than the tolerance of {limit}{refined}"
     )
-
-
-def _truth_words(record: SceneRecord, quantities: tuple[str, ...]) -> str:
-    method = record.reference.method
-    if method == CLOSED_FORM:
-        return "closed form"
-    bar = truth_known_to(record, quantities)
-    accuracy = f"known to {relative(bar)}"
-    if not math.isfinite(bar):
-        grids = set(record.solved_rows(method)["resolution"])
-        alone = ": only one resolution was run" if len(grids) == 1 else ""
-        accuracy = f"its error is not known{alone}"
-    level = f"N = {record.reference.resolution}"
-    if ensemble := record.cost(method, record.reference.resolution).solves:
-        level += f", mean over {ensemble}"
-    return f"{record.title_of(method)} ({level}), {accuracy}"

@@ -191,7 +191,19 @@ class Moments:
         moments: Moments | None = None
         for values in blocks:
             block = cls._of_one(values)
-            moments = block if moments is None else moments._with(block)
+            if moments is None:
+                moments = block
+                continue
+            count = moments.count + block.count
+            change = block.mean - moments.mean
+            share = block.count / np.maximum(count, 1)
+            moments = Moments(
+                count,
+                moments.mean + change * share,
+                moments.squares + block.squares + change**2 * moments.count * share,
+                np.minimum(moments.low, block.low),
+                np.maximum(moments.high, block.high),
+            )
         return cls._of_one(np.zeros((0, 0))) if moments is None else moments
 
     @classmethod
@@ -203,18 +215,6 @@ class Moments:
         low = np.where(known, values, np.inf).min(axis=0, initial=np.inf)
         high = np.where(known, values, -np.inf).max(axis=0, initial=-np.inf)
         return cls(count, mean, (deviations**2).sum(axis=0), low, high)
-
-    def _with(self, other: Moments) -> Moments:
-        count = self.count + other.count
-        change = other.mean - self.mean
-        share = other.count / np.maximum(count, 1)
-        return Moments(
-            count,
-            self.mean + change * share,
-            self.squares + other.squares + change**2 * self.count * share,
-            np.minimum(self.low, other.low),
-            np.maximum(self.high, other.high),
-        )
 
     @property
     def standard_deviation(self) -> np.ndarray:

@@ -141,17 +141,30 @@ def finding(records: Sequence[SceneRecord], method: str = MODEL) -> list[FamilyR
             groups.setdefault(key(item), []).append(item)
         if len(groups) <= MOST:
             break
-    return [
-        FamilyRow(
-            _named(group, families),
-            uses[0] if len(uses) == 1 else IN_PART,
-            _largest(group),
-            _cost(group),
-            _instead(group),
-        )
-        for group in groups.values()
-        for uses in (list(dict.fromkeys(item.use for item in group)),)
-    ]
+    rows = []
+    for group in groups.values():
+        uses = list(dict.fromkeys(item.use for item in group))
+        # the error that decides over the scenes, with its quantity, scene and load
+        largest = fmt.MISSING
+        verdicts = [(item.decisive, item.scene) for item in group if item.decisive]
+        if verdicts:
+            decisive = worst(verdict for verdict, _ in verdicts)
+            scene = next(scene for verdict, scene in verdicts if verdict is decisive)
+            largest = largest_error(scene, decisive) + (f", {scene.name}" if group[1:] else "")
+        instead = NOTHING
+        chosen = [best for item in group if (best := item.exact or item.other)]
+        if chosen:
+            exact = f"{title_of(CLOSED_FORM)} (exact)"
+            titles = dict.fromkeys(
+                exact if item.is_truth and item.method == CLOSED_FORM else item.starred
+                for item in chosen
+            )
+            left = len(group) - len(chosen)
+            instead = f"{' or '.join(titles)} {_range(chosen)}"
+            instead += f"; {NOTHING} in {left}" if left else ""
+        use = uses[0] if len(uses) == 1 else IN_PART
+        rows.append(FamilyRow(_named(group, families), use, largest, _cost(group), instead))
+    return rows
 
 
 def answers(record: SceneRecord, verdict: Verdict) -> bool:
@@ -216,16 +229,6 @@ def _named(group: list[_Standing], families: list[str]) -> str:
     return f"{', '.join(names[:NAMED])}{more} ({count} scenes)"
 
 
-def _largest(group: list[_Standing]) -> str:
-    """Return the error that decides over the scenes, with its quantity, scene and load."""
-    judged = [(item.decisive, item.scene) for item in group if item.decisive]
-    if not judged:
-        return fmt.MISSING
-    decisive = worst(verdict for verdict, _ in judged)
-    scene = next(scene for verdict, scene in judged if verdict is decisive)
-    return largest_error(scene, decisive) + (f", {scene.name}" if len(group) > 1 else "")
-
-
 def largest_error(scene: SceneRecord, verdict: Verdict) -> str:
     """Return an error with its bar, quantity and load: "A −2.1 ± 0.1 % at d = 1.00 µm"."""
     if verdict.word == NO_RESULT:
@@ -257,18 +260,6 @@ def _cost(group: list[_Standing]) -> str:
     # One digit: times of milliseconds repeat to some tens of per cent.
     ends = dict.fromkeys(fmt.number(ratio, 1) for ratio in (min(ratios), max(ratios)))
     return f"{_range(own)}, 3-D takes ≈ {' to '.join(ends)} ×"
-
-
-def _instead(group: list[_Standing]) -> str:
-    chosen = [best for item in group if (best := item.exact or item.other)]
-    if not chosen:
-        return NOTHING
-    exact = f"{title_of(CLOSED_FORM)} (exact)"
-    titles = dict.fromkeys(
-        exact if item.is_truth and item.method == CLOSED_FORM else item.starred for item in chosen
-    )
-    left = f"; {NOTHING} in {len(group) - len(chosen)}" if len(chosen) < len(group) else ""
-    return f"{' or '.join(titles)} {_range(chosen)}{left}"
 
 
 def _range(settings: Sequence[Setting]) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
@@ -117,7 +117,34 @@ def compare_runs(
     """
     old = {scene.name: scene for scene in before.scenes}
     new = {scene.name: scene for scene in after.scenes}
-    notes = list(_notes(before, after, old, new))
+    notes = []
+    for name in [*before.versions, *(n for n in after.versions if n not in before.versions)]:
+        pair = [run.versions.get(name, "not installed") for run in (before, after)]
+        if pair[0] != pair[1]:
+            notes.append(f"{name}: {pair[0]} before, {pair[1]} after")
+    if before.machine != after.machine:
+        notes.append("the machines differ: times are shown but not judged")
+    if before.effort != after.effort:
+        notes.append(f"effort: {before.effort} before, {after.effort} after")
+    for run, ordinal in ((before, "first"), (after, "second")):
+        if run.interrupted:
+            notes.append(f"the {ordinal} run was interrupted")
+    for name, scene in old.items():
+        scene_after = new.get(name)
+        if scene_after is None:
+            notes.append(f"{name}: in the first run only")
+            continue
+        if scene.tables != scene_after.tables:
+            notes.append(f"{name}: the scene itself differs")
+        truths = [
+            f"{run.reference.method} {run.reference.resolution}" if run.reference.method else "none"
+            for run in (scene, scene_after)
+        ]
+        if truths[0] != truths[1]:
+            notes.append(f"{name}: the reference was {truths[0]}, now {truths[1]}")
+        newly = [text for text in scene_after.disagreements if text not in scene.disagreements]
+        notes += [f"{name}: {text}" for text in newly]
+    notes += [f"{name}: in the second run only" for name in new if name not in old]
     slower = slower if before.machine == after.machine else float("inf")
     changes: list[Change] = []
     for name in [*old, *(name for name in new if name not in old)]:
@@ -134,43 +161,6 @@ def compare_runs(
             for method, n in solves
         ]
     return RunComparison(before, after, tuple(changes), tuple(notes))
-
-
-def _notes(
-    before: StudyRecord,
-    after: StudyRecord,
-    old: dict[str, SceneRecord],
-    new: dict[str, SceneRecord],
-) -> Iterator[str]:
-    names = [*before.versions, *(n for n in after.versions if n not in before.versions)]
-    for name in names:
-        pair = [run.versions.get(name, "not installed") for run in (before, after)]
-        if pair[0] != pair[1]:
-            yield f"{name}: {pair[0]} before, {pair[1]} after"
-    if before.machine != after.machine:
-        yield "the machines differ: times are shown but not judged"
-    if before.effort != after.effort:
-        yield f"effort: {before.effort} before, {after.effort} after"
-    for run, ordinal in ((before, "first"), (after, "second")):
-        if run.interrupted:
-            yield f"the {ordinal} run was interrupted"
-    for name, scene in old.items():
-        scene_after = new.get(name)
-        if scene_after is None:
-            yield f"{name}: in the first run only"
-            continue
-        if scene.tables != scene_after.tables:
-            yield f"{name}: the scene itself differs"
-        truths = [
-            f"{run.reference.method} {run.reference.resolution}" if run.reference.method else "none"
-            for run in (scene, scene_after)
-        ]
-        if truths[0] != truths[1]:
-            yield f"{name}: the reference was {truths[0]}, now {truths[1]}"
-        for text in scene_after.disagreements:
-            if text not in scene.disagreements:
-                yield f"{name}: {text}"
-    yield from (f"{name}: in the second run only" for name in new if name not in old)
 
 
 def _change(

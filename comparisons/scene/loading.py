@@ -176,8 +176,20 @@ def read_range(value: Any, dimension: Dimension, order: Order = "loads") -> Any:
         numbers = [_number(load, unit, f"load {i}", problems) for i, load in enumerate(values, 1)]
     else:
         numbers = _spaced(table, unit, problems, order)
-    if not problems:
-        problems += _order_problems(numbers, order)
+    kind = "positive finite loads" if order == "loads" else "finite numbers"
+    if problems:
+        raise fail("; ".join(problems))
+    if not numbers:
+        problems.append("expected at least one load, got an empty list")
+    elif not all(np.isfinite(numbers)):
+        problems.append(f"expected {kind}, got {excerpt(numbers)}")
+    elif order == "path":
+        pass
+    elif min(numbers) < 0 or (order == "loads" and min(numbers) <= 0):
+        kind = kind if order == "loads" else "times from zero on"
+        problems.append(f"expected {kind}, got {excerpt(numbers)}")
+    elif any(b <= a for a, b in pairwise(numbers)):
+        problems.append(f"expected strictly increasing {order}, got {excerpt(numbers)}")
     if problems:
         raise fail("; ".join(problems))
     return LoadRange(values=tuple(numbers), relative_to=relative)
@@ -231,20 +243,3 @@ def _number(value: Any, unit: Dimension, name: str, problems: list[str]) -> floa
     except ValueError as error:
         problems.append(f"{name}: {error}, got {excerpt(value)}")
         return float("nan")
-
-
-def _order_problems(values: list[float], order: Order) -> list[str]:
-    if not values:
-        return ["expected at least one load, got an empty list"]
-    if not all(np.isfinite(values)):
-        kind = "positive finite loads" if order == "loads" else "finite numbers"
-        return [f"expected {kind}, got {excerpt(values)}"]
-    if order == "path":
-        return []
-    if min(values) < 0 or (order == "loads" and min(values) <= 0):
-        kind = "positive finite loads" if order == "loads" else "times from zero on"
-        return [f"expected {kind}, got {excerpt(values)}"]
-    if any(b <= a for a, b in pairwise(values)):
-        kind = "loads" if order == "loads" else "times"
-        return [f"expected strictly increasing {kind}, got {excerpt(values)}"]
-    return []

@@ -35,29 +35,23 @@ def sides(corners: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
 
 def crosses_itself(corners: np.ndarray) -> bool:
     """Whether two sides that are not neighbours meet, or a side has no length."""
+
+    def side(p: np.ndarray, q: np.ndarray, s: np.ndarray) -> np.ndarray:
+        edge, to = q - p, s - p
+        return np.sign(edge[..., 0] * to[..., 1] - edge[..., 1] * to[..., 0])
+
     start, end = corners, np.roll(corners, -1, axis=0)
     if np.any(np.all(start == end, axis=1)):
         return True
     n = len(corners)
     for i in range(n - 2):
         beyond = np.arange(i + 2, n - 1 if i == 0 else n)
-        if len(beyond) and np.any(_meet(start[i], end[i], start[beyond], end[beyond])):
+        a, b, c, d = start[i], end[i], start[beyond], end[beyond]
+        straddled = (side(a, b, c) * side(a, b, d) <= 0) & (side(c, d, a) * side(c, d, b) <= 0)
+        boxes = (np.minimum(a, b) <= np.maximum(c, d)) & (np.minimum(c, d) <= np.maximum(a, b))
+        if np.any(straddled & np.all(boxes, axis=-1)):
             return True
     return False
-
-
-def _meet(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> np.ndarray:
-    """Whether the segment ab meets each of the segments cd."""
-
-    def side(p: np.ndarray, q: np.ndarray, s: np.ndarray) -> np.ndarray:
-        edge, to = q - p, s - p
-        return np.sign(edge[..., 0] * to[..., 1] - edge[..., 1] * to[..., 0])
-
-    straddled = (side(a, b, c) * side(a, b, d) <= 0) & (side(c, d, a) * side(c, d, b) <= 0)
-    boxes = np.all(
-        (np.minimum(a, b) <= np.maximum(c, d)) & (np.minimum(c, d) <= np.maximum(a, b)), axis=-1
-    )
-    return straddled & boxes
 
 
 def offset_outline(corners: np.ndarray, distance: float) -> np.ndarray:
@@ -96,7 +90,17 @@ def area_fractions(
     """
     start = (np.asarray(corners, dtype=float) - origin) / spacing
     side = np.roll(start, -1, axis=0) - start
-    share = np.sort(np.concatenate([_crossings(start, side, k) for k in (0, 1)], axis=1), axis=1)
+    # where each side crosses grid lines, as shares of its length, with its ends twice
+    parts = []
+    for axis in (0, 1):
+        z, dz = start[:, axis], side[:, axis]
+        first = np.ceil(np.minimum(z, z + dz))
+        lines = first[:, None] + np.arange(int(np.max(np.abs(dz))) + 2)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            crossings = (lines - z[:, None]) / dz[:, None]
+        crossings = np.clip(np.where(np.isfinite(crossings), crossings, 1.0), 0.0, 1.0)
+        parts += [np.broadcast_to([0.0, 1.0], (len(z), 2)), crossings]
+    share = np.sort(np.concatenate(parts, axis=1), axis=1)
     points = start[:, None] + share[..., None] * side[:, None]
     middle = (points[:, 1:] + points[:, :-1]) / 2
     cells = [np.clip(np.floor(middle[..., k]).astype(int), 0, shape[k] - 1) for k in (0, 1)]
@@ -109,16 +113,3 @@ def area_fractions(
     inside = -np.sign(signed_area(corners)) * (shares + np.cumsum(further, axis=0))[:-1]
     # A cell outside comes out as round-off.
     return np.where(inside < 1e-12, 0.0, np.minimum(inside, 1.0))
-
-
-def _crossings(start: np.ndarray, side: np.ndarray, axis: int) -> np.ndarray:
-    """Return where each side crosses grid lines, as shares of its length, padded with 0 and 1."""
-    z, dz = start[:, axis], side[:, axis]
-    first = np.ceil(np.minimum(z, z + dz))
-    most = int(np.max(np.abs(dz))) + 2
-    lines = first[:, None] + np.arange(most)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        crossings = (lines - z[:, None]) / dz[:, None]
-    crossings = np.clip(np.where(np.isfinite(crossings), crossings, 1.0), 0.0, 1.0)
-    ends = np.broadcast_to([0.0, 1.0], (len(z), 2))
-    return np.concatenate([ends, crossings], axis=1)

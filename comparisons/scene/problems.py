@@ -69,7 +69,12 @@ def _keys(model: type[BaseModel], location: Iterable[str | int]) -> list[str]:
         fields = [table.model_fields[key] for table in models if key in table.model_fields]
         deeper = [table for field in fields for table in _tables(field.annotation)]
         # Otherwise the kind of a table, or the place in a list.
-        models = deeper or [table for table in models if _is_kind(table, key)] or models
+        of_kind = [
+            table
+            for table in models
+            if any(key in get_args(field.annotation) for field in table.model_fields.values())
+        ]
+        models = deeper or of_kind or models
     fields_of_all = [item for table in models for item in table.model_fields.items()]
     return [field.alias or name for name, field in fields_of_all if not field.exclude]
 
@@ -78,10 +83,6 @@ def _tables(annotation: Any) -> list[type[BaseModel]]:
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [annotation]
     return [table for part in get_args(annotation) for table in _tables(part)]
-
-
-def _is_kind(table: type[BaseModel], kind: str | int) -> bool:
-    return any(kind in get_args(field.annotation) for field in table.model_fields.values())
 
 
 def readable(error: Mapping[str, Any]) -> str:

@@ -103,13 +103,11 @@ class MeasuredMap(SceneTable):
         return value
 
 
-def _kind(value: Any) -> str | None:
-    return value.get("kind") if isinstance(value, dict) else getattr(value, "kind", None)
-
-
 Surface = Annotated[
     Annotated[SelfAffine, Tag("self_affine")] | Annotated[MeasuredMap, Tag("map")],
-    Discriminator(_kind),
+    Discriminator(
+        lambda value: value.get("kind") if isinstance(value, dict) else getattr(value, "kind", None)
+    ),
 ]
 
 

@@ -150,23 +150,19 @@ def _unit(text: str, dimension: Dimension) -> tuple[int, Dimension]:
         for factor in part.replace("*", " ").split():
             if sign == 1 and factor == "1" and denominators:
                 continue
-            power_of_ten, base, power = _factor(factor, dimension)
-            exponent += sign * power * power_of_ten
-            total = Dimension(*(t + sign * power * b for t, b in zip(total, base, strict=True)))
+            match = _FACTOR.fullmatch(factor)
+            if match is None:
+                raise ValueError(f"{_expectation(dimension)}; {factor[:20]!r} is no unit")
+            symbol, power = match[1], sign * int(match[2] or 1)
+            if symbol == "%":
+                power_of_ten, base = -2, NUMBER
+            elif symbol in _UNITS:
+                power_of_ten, base = _UNITS[symbol]
+            elif symbol[0] in _PREFIXES and symbol[1:] in _UNITS:
+                power_of_ten, base = _UNITS[symbol[1:]]
+                power_of_ten += _PREFIXES[symbol[0]]
+            else:
+                raise ValueError(f"{_expectation(dimension)}; {symbol[:20]!r} is no known unit")
+            exponent += power * power_of_ten
+            total = Dimension(*(t + power * b for t, b in zip(total, base, strict=True)))
     return exponent, total
-
-
-def _factor(text: str, dimension: Dimension) -> tuple[int, Dimension, int]:
-    match = _FACTOR.fullmatch(text)
-    if match is None:
-        raise ValueError(f"{_expectation(dimension)}; {text[:20]!r} is no unit")
-    symbol, power = match[1], int(match[2] or 1)
-    if symbol == "%":
-        return -2, NUMBER, power
-    if symbol in _UNITS:
-        return *_UNITS[symbol], power
-    prefix, base = symbol[0], symbol[1:]
-    if prefix in _PREFIXES and base in _UNITS:
-        scale, of = _UNITS[base]
-        return _PREFIXES[prefix] + scale, of, power
-    raise ValueError(f"{_expectation(dimension)}; {symbol[:20]!r} is no known unit")

@@ -68,30 +68,24 @@ def typical_window(heights: NDArray[np.float64], spacing: tuple[float, float]) -
     for n, side in zip(heights.shape, (nx, ny), strict=True):
         rim = min(side // 2, (n - side) // 2)
         starts.append(np.arange(rim, n - side - rim + 1, max(side // 2, 1)))
-    squares = sum(
-        _window_sums(part, starts, sides) / (sides[0] * sides[1])
-        for part, sides in zip(rise, ((nx - 1, ny), (nx, ny - 1)), strict=True)
-    )
+    squares = np.zeros((len(starts[0]), len(starts[1])))
+    low_x, low_y = starts
+    for part, sides in zip(rise, ((nx - 1, ny), (nx, ny - 1)), strict=True):
+        # the sum over all windows, from the sums from the corner
+        total = np.pad(part, ((1, 0), (1, 0))).cumsum(0).cumsum(1)
+        high_x, high_y = low_x + sides[0], low_y + sides[1]
+        within = (
+            total[np.ix_(high_x, high_y)]
+            - total[np.ix_(low_x, high_y)]
+            - total[np.ix_(high_x, low_y)]
+            + total[np.ix_(low_x, low_y)]
+        )
+        squares += within / (sides[0] * sides[1])
     slopes = np.sqrt(squares).ravel()
     steps = np.round(slopes / max(float(slopes.max()), np.finfo(float).tiny) / _SAME)
     place = np.argsort(steps, kind="stable")[(len(steps) - 1) // 2]
     i, j = np.unravel_index(place, (len(starts[0]), len(starts[1])))
     return int(starts[0][i]), int(starts[1][j]), nx, ny
-
-
-def _window_sums(
-    field: NDArray[np.float64], starts: list[NDArray[np.intp]], sides: tuple[int, int]
-) -> NDArray[np.float64]:
-    """Return the sum of a field over all windows, from its sums from the corner."""
-    total = np.pad(field, ((1, 0), (1, 0))).cumsum(0).cumsum(1)
-    low_x, low_y = starts
-    high_x, high_y = low_x + sides[0], low_y + sides[1]
-    return np.asarray(
-        total[np.ix_(high_x, high_y)]
-        - total[np.ix_(low_x, high_y)]
-        - total[np.ix_(high_x, low_y)]
-        + total[np.ix_(low_x, low_y)]
-    )
 
 
 # Points a side of the smallest quarter that is pressed.

@@ -35,7 +35,20 @@ def notes_of(draft: Plan, methods: tuple[MethodPlan, ...]) -> Iterable[str]:
     scene, geometry = draft.scene, draft.geometry
     if isinstance(geometry, RoughGeometry):
         yield from (*geometry.treatment, *surface_notes(geometry))
-    yield from _loads(draft)
+    # which nominal pressures the forces on a rough surface or a flat face are
+    loads = draft.loads.normal or draft.loads
+    rough = geometry if isinstance(geometry, RoughGeometry) else None
+    face = geometry.indenter.face_area if isinstance(geometry, IndenterGeometry) else None
+    area = rough.area if rough else face
+    if loads.control == "force" and area is not None:
+        with np.errstate(over="ignore"):  # absurd forces are answered by the solvers
+            pressures = loads.values / area
+        said = f"loads: F = {_span(loads.values, 'N')}, nominal pressure F/A0 = "
+        said += _span(pressures, "Pa")
+        if rough:
+            shares = pressures / (scene.effective_modulus * rough.rms_slope)
+            said += f", F/(E* A0 h') = {_span(shares)}"
+        yield said
     yield from scene_notes(scene, geometry)
     grids = [max(m.resolutions) for m in methods if m.method == GRID and m.resolutions]
     finest = max(grids, default=0)
@@ -69,24 +82,6 @@ def notes_of(draft: Plan, methods: tuple[MethodPlan, ...]) -> Iterable[str]:
         yield "only E* is given: fem takes nu = 0.3; frictionless contact depends on E* alone"
     if draft.loads.normal is not None and len(scene.loading.range.values) > 1:
         yield "only the last of the normal loads is held"
-
-
-def _loads(draft: Plan) -> Iterable[str]:
-    """Say which nominal pressures the forces on a rough surface or a flat face are."""
-    geometry, loads = draft.geometry, draft.loads.normal or draft.loads
-    rough = geometry if isinstance(geometry, RoughGeometry) else None
-    face = geometry.indenter.face_area if isinstance(geometry, IndenterGeometry) else None
-    area = rough.area if rough else face
-    if loads.control != "force" or area is None:
-        return
-    with np.errstate(over="ignore"):  # absurd forces are answered by the solvers
-        pressures = loads.values / area
-    said = f"loads: F = {_span(loads.values, 'N')}, nominal pressure F/A0 = "
-    said += _span(pressures, "Pa")
-    if rough:
-        shares = pressures / (draft.scene.effective_modulus * rough.rms_slope)
-        said += f", F/(E* A0 h') = {_span(shares)}"
-    yield said
 
 
 def _span(values: np.ndarray, unit: str = "") -> str:
@@ -133,12 +128,41 @@ def omissions(scene: Scene, geometry: Geometry) -> Iterable[tuple[str, str]]:
 
 def switched_on(scene: Scene, loads: AbsoluteLoads) -> Iterable[tuple[str, str]]:
     """Yield each part of the physics beyond frictionless elastic contact, and how it acts."""
-    if not scene.half_space.uniform:
-        yield "elastic body", _depths(scene.half_space)
+    body = scene.half_space
+    if body.grading is not None:
+        law = f"E (z/{with_unit(body.grading.depth, 'm')})^{number(body.grading.exponent)}"
+        text = f"a half-space graded as {law} at the depth z, E = {_modulus(body)}"
+        yield "elastic body", text
+    elif not body.uniform:  # from its surface down
+        parts = [
+            f"{with_unit(layer.thickness, 'm')} of E = {with_unit(layer.youngs_modulus, 'Pa')}, "
+            f"ν = {number(layer.poisson_ratio)}"
+            for layer in body.layers
+        ]
+        main = f"E = {_modulus(body)}, ν = {number(body.nu)}"
+        if body.thickness is None:
+            parts.append(f"below a half-space of {main}")
+        else:
+            parts += [f"{with_unit(body.thickness, 'm')} of {main}", "below a rigid base"]
+        yield "elastic body", "; ".join(parts)
     for name in scene.physics:
         yield getattr(scene, name).description(scene.poisson_ratio)
-    if scene.physics:
-        yield "load axis", _axis(loads)
+    if not scene.physics:
+        return
+    # what the steps are, and at which normal load
+    steps = len(loads.values)
+    control_label = quantity(loads.control).label
+    if loads.axis == "step":
+        text = f"a path of {steps} steps in {control_label}"
+    elif loads.axis == "time":
+        history = "" if loads.control == "time" else f" of {control_label}"
+        text = f"a history{history} in {steps} times"
+    else:
+        text = f"{steps} independent values of {control_label}"
+    if loads.normal is not None:
+        normal = quantity(loads.normal.control)
+        text += f", at {normal.label} {unpadded(float(loads.normal.values[0]), normal.unit)}"
+    yield "load axis", text
 
 
 def left_out(scene: Scene) -> Iterable[tuple[str, str]]:
@@ -170,38 +194,5 @@ def left_out(scene: Scene) -> Iterable[tuple[str, str]]:
         yield "Coulomb friction at the surface", "the loss is due to the body alone"
 
 
-def _depths(body: HalfSpace) -> str:
-    """Say what the elastic body consists of, from its surface down."""
-    if body.grading is not None:
-        law = f"E (z/{with_unit(body.grading.depth, 'm')})^{number(body.grading.exponent)}"
-        return f"a half-space graded as {law} at the depth z, E = {_modulus(body)}"
-    parts = [
-        f"{with_unit(layer.thickness, 'm')} of E = {with_unit(layer.youngs_modulus, 'Pa')}, "
-        f"ν = {number(layer.poisson_ratio)}"
-        for layer in body.layers
-    ]
-    main = f"E = {_modulus(body)}, ν = {number(body.nu)}"
-    if body.thickness is None:
-        return "; ".join([*parts, f"below a half-space of {main}"])
-    return "; ".join([*parts, f"{with_unit(body.thickness, 'm')} of {main}", "below a rigid base"])
-
-
 def _modulus(body: HalfSpace) -> str:
     return with_unit(body.elastic_constants[0], "Pa")
-
-
-def _axis(loads: AbsoluteLoads) -> str:
-    """Say what the steps are, and at which normal load."""
-    steps = len(loads.values)
-    control_label = quantity(loads.control).label
-    if loads.axis == "step":
-        text = f"a path of {steps} steps in {control_label}"
-    elif loads.axis == "time":
-        history = "" if loads.control == "time" else f" of {control_label}"
-        text = f"a history{history} in {steps} times"
-    else:
-        text = f"{steps} independent values of {control_label}"
-    if loads.normal is None:
-        return text
-    normal = quantity(loads.normal.control)
-    return f"{text}, at {normal.label} {unpadded(float(loads.normal.values[0]), normal.unit)}"

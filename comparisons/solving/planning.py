@@ -51,7 +51,26 @@ def plan_scene(scene: Scene, effort: Effort = "quick") -> list[Plan]:
     SceneError if the geometry cannot be prepared, or the scene does not fit into memory; InputError
     if a method from a user's file breaks when it is asked for its plan.
     """
-    _check_size(scene)
+    # what cannot fit is refused before any memory is taken
+    problems = []
+    free = free_memory()
+    if isinstance(scene.surface, SelfAffine):
+        nx, ny = scene.surface.points
+        need = float(BYTES_PERIODIC if scene.surface.periodic else BYTES_FREE) * nx * ny
+        if need > MEMORY_SHARE * free:
+            problems.append(
+                f"surface.points: expected arrays that fit into {MEMORY_SHARE:.0%} of the free "
+                f"memory ({free / 1e9:.1f} GB), got {nx} x {ny} points, "
+                f"which need about {need / 1e9:.1f} GB"
+            )
+    rows = len(loads_of(scene).values) * scene.realisations
+    if rows > 20_000_000:
+        problems.append(
+            "surface.realisations: expected at most 20 million realisations times load steps, "
+            f"got {rows}"
+        )
+    if problems:
+        raise SceneError(scene.name, problems)
     plans = [_plan(scene, effort)]
     if scene.compare.proved is True:
         try:
@@ -223,29 +242,6 @@ def _refusal(draft: Plan, name: str, solver: Solver[Any], resolution: int) -> st
     if need > MEMORY_SHARE * free:
         return f"needs about {need / 1e9:.1f} GB, and {free / 1e9:.1f} GB are free"
     return ""
-
-
-def _check_size(scene: Scene) -> None:
-    """Refuse what cannot fit before any memory is taken."""
-    problems = []
-    free = free_memory()
-    if isinstance(scene.surface, SelfAffine):
-        nx, ny = scene.surface.points
-        need = float(BYTES_PERIODIC if scene.surface.periodic else BYTES_FREE) * nx * ny
-        if need > MEMORY_SHARE * free:
-            problems.append(
-                f"surface.points: expected arrays that fit into {MEMORY_SHARE:.0%} of the free "
-                f"memory ({free / 1e9:.1f} GB), got {nx} x {ny} points, "
-                f"which need about {need / 1e9:.1f} GB"
-            )
-    rows = len(loads_of(scene).values) * scene.realisations
-    if rows > 20_000_000:
-        problems.append(
-            "surface.realisations: expected at most 20 million realisations times load steps, "
-            f"got {rows}"
-        )
-    if problems:
-        raise SceneError(scene.name, problems)
 
 
 def plan_all(

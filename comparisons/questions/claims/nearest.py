@@ -140,7 +140,30 @@ def nearest(scene: Scene, loads: AbsoluteLoads, unit: float = np.nan) -> list[Ne
     here = places(scene, loads, unit)
     for claim in [claim for claim in QUANTITIES if claim in here and claim in measured()]:
         for name in [name for name in QUANTITIES[claim] if name in scene.compare.quantities]:
-            answer = _decided(name, measured()[claim], here[claim], scene.compare.tolerance)
+            record, stretch, tolerance = measured()[claim], here[claim], scene.compare.tolerance
+            low, high = (record.along(end) for end in stretch)
+            along = np.array([record.along(value) for value, _, _ in record.points])
+            slack = SAME * np.ptp(along)
+            # the worst of the points that the scene covers; where it covers none, the nearest
+            placed = list(zip(record.points, along, strict=True))
+            middle = (low + high) / 2
+            covered = [point for point, at in placed if low - slack <= at <= high + slack]
+            nearest_one, _ = min(placed, key=lambda pair: abs(pair[1] - middle))
+            there, error, bar = max(covered or [nearest_one], key=lambda p: abs(p[1]) + p[2])
+            word = judged(error, bar, tolerance).word
+            answer = Nearest(name, record, stretch, there, error, bar, word)
+            # Within is only what the next points on either side are, too: between an exact end, as
+            # a ratio of one, and a point that is not, nothing is exact. Beyond all that was
+            # measured nothing is known.
+            first = along[along <= low + slack].max(initial=along.min())
+            last = along[along >= high - slack].min(initial=along.max())
+            if first > last:
+                first = last = along.min() if high < along.min() else along.max()
+            beside = (
+                judged(e, u, tolerance).word for (_, e, u), at in placed if first <= at <= last
+            )
+            if word == WITHIN and (answer.beyond or any(near != WITHIN for near in beside)):
+                answer = replace(answer, word=NOT_RESOLVED)
             if name not in answers or answer.worst > answers[name].worst:
                 answers[name] = replace(answer, hurst=getattr(scene.surface, "hurst", None))
     return [answers[name] for name in scene.compare.quantities if name in answers]
@@ -199,30 +222,6 @@ def measured() -> Mapping[str, Measured]:
         for claim in load_claims_record(STORED).claims
         if claim.id in QUANTITIES
     }
-
-
-def _decided(name: str, record: Measured, here: Stretch, tolerance: float) -> Nearest:
-    """Return the worst of the points that the scene covers; where it covers none, the nearest.
-
-    Within is only what the next points on either side are, too: between an exact end, as a ratio of
-    one, and a point that is not, nothing is exact. Beyond all that was measured nothing is known.
-    """
-    low, high = (record.along(end) for end in here)
-    places = np.array([record.along(value) for value, _, _ in record.points])
-    slack = SAME * np.ptp(places)
-    first = places[places <= low + slack].max(initial=places.min())
-    last = places[places >= high - slack].min(initial=places.max())
-    if first > last:
-        first = last = places.min() if high < places.min() else places.max()
-    placed = list(zip(record.points, places, strict=True))
-    middle = (low + high) / 2
-    covered = [point for point, at in placed if low - slack <= at <= high + slack]
-    nearest_one, _ = min(placed, key=lambda pair: abs(pair[1] - middle))
-    there, error, bar = max(covered or [nearest_one], key=lambda p: abs(p[1]) + p[2])
-    answer = Nearest(name, record, here, there, error, bar, judged(error, bar, tolerance).word)
-    beside = (judged(e, u, tolerance).word for (_, e, u), at in placed if first <= at <= last)
-    sure = not answer.beyond and all(word == WITHIN for word in beside)
-    return answer if sure or answer.word != WITHIN else replace(answer, word=NOT_RESOLVED)
 
 
 # Of the surfaces of the claims on roughness (`hurst` of rough_area.toml).

@@ -165,7 +165,16 @@ def _measure_apart(
         found = _truth(side, plan, solved)
         if found is None:
             return _nothing(value, solved, seconds)
-        known.append({name: _known(found, name) for name in claim.quantity})
+        values: dict[str, tuple[np.ndarray, Sources]] = {}
+        for name in claim.quantity:
+            if not found.knows(name):
+                raise InputError(f"{found.label}: {name} is not known here")
+            sources = found.bar_sources(name, main_axis(found.axis, name))
+            sources[DISPUTE] = found.disputed(name)
+            if METHODS[found.method].dimension != 3:  # all springs are zero before first yield
+                sources = {key: np.nan_to_num(part, nan=0.0) for key, part in sources.items()}
+            values[name] = found.curves[name], sources
+        known.append(values)
         details[word if side is stated else "truth"] = found.label
         path = path or found.path
         differing = found.disagreements(plan.compared)
@@ -192,17 +201,6 @@ def _truth(side: Side, plan: Plan, solved: Solved) -> Truth | None:
     if side.method is not None:
         return solution_of(solved, side.method, plan.loads.axis)
     return choose_truth(solved, plan.loads.axis, plan.compared)
-
-
-def _known(found: Truth, name: str) -> tuple[np.ndarray, Sources]:
-    """Return the values of a quantity, and what is not known of them."""
-    if not found.knows(name):
-        raise InputError(f"{found.label}: {name} is not known here")
-    sources = found.bar_sources(name, main_axis(found.axis, name))
-    sources[DISPUTE] = found.disputed(name)
-    if METHODS[found.method].dimension != 3:  # springs that are all zero, as before first yield
-        sources = {key: np.nan_to_num(part, nan=0.0) for key, part in sources.items()}
-    return found.curves[name], sources
 
 
 def _plan(

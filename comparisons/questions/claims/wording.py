@@ -115,7 +115,19 @@ def conditions(
     where = "" if at is None else f" (at {claim.parameter} {value(at)})"
     text = f"The statement leaves open{where}: {'; '.join(lines)}."
     if draws:
-        text += f" {_drawn(claim, draws)}"
+        counts = Counter(draw.word for draw in draws)
+        order = (WITHIN, OUTSIDE, *sorted(set(counts) - {WITHIN, OUTSIDE}))
+        counted = ", ".join(f"{counts[word]} {word}" for word in order if counts[word])
+        worst = max(draws, key=lambda draw: -1.0 if draw.word == NO_RESULT else _size(draw))
+        place = [f"{name} {at_which}" for name, at_which in worst.setting.items()]
+        if claim.parameter:
+            place.insert(0, f"{claim.parameter} {value(worst.parameter)}")
+        if claim.premise is not None and (worst.parameter or 0.0) > claim.premise.to:
+            place.append("beyond the premise")
+        text += (
+            f" Of {len(draws)} draws over all of it: {counted}; the largest {worst.noun} is "
+            f"{error_text(worst, claim.factor)} ({', '.join(place)})."
+        )
     if validity is not None:
         places = []
         for stretches, rows in groupby(
@@ -128,24 +140,6 @@ def conditions(
             places.append(f"{', '.join(numbers)}: {stretches or 'nowhere'}")
         text += f" Within, for {claim.parameter}, by {validity.up}: {'. '.join(places)}."
     return text
-
-
-def _drawn(claim: Claim, draws: list[PointRecord]) -> str:
-    """Return how many draws got which word, and the largest error with its place."""
-    counts = Counter(draw.word for draw in draws)
-    order = (WITHIN, OUTSIDE, *sorted(set(counts) - {WITHIN, OUTSIDE}))
-    counted = ", ".join(f"{counts[word]} {word}" for word in order if counts[word])
-    worst = max(draws, key=lambda draw: -1.0 if draw.word == NO_RESULT else _size(draw))
-    place = [f"{name} {text}" for name, text in worst.setting.items()]
-    if claim.parameter:
-        place.insert(0, f"{claim.parameter} {value(worst.parameter)}")
-    if claim.premise is not None and (worst.parameter or 0.0) > claim.premise.to:
-        place.append("beyond the premise")
-    error = error_text(worst, claim.factor)
-    return (
-        f"Of {len(draws)} draws over all of it: {counted}; the largest {worst.noun} is {error} "
-        f"({', '.join(place)})."
-    )
 
 
 def limit_words(limit: float, factor: float | None) -> str:

@@ -22,7 +22,6 @@ from reference.particles import (
     Automata,
     Domain,
     Elastic,
-    ParticleContact,
     ParticleHalfSpace,
     periodic_packing,
 )
@@ -90,7 +89,10 @@ def particle_yield(effort: str, *, poisson_ratio: float = 0.3) -> Finding:
     exact = yield_pressure(poisson_ratio)
     onsets = []
     for number in numbers:
-        body, contact = _contact(poisson_ratio, number)
+        # automata under a ball of ten contact radii
+        body = ParticleHalfSpace(Domain((1.5 * number,) * 2, 2.5 * number), [(1.0, poisson_ratio)])
+        gap = (body.points**2).sum(axis=1) / (20 * number)
+        (contact,) = body.press(gap, Load("penetration", 0.1 * number))
         peak = 2 * body.effective_modulus * 0.1 / np.pi  # p0 = 2 E* a/(pi R), R = 10 a
         onsets.append(peak / body.largest_stress(contact))
     details = {"automata per contact radius": float(numbers[-1])}
@@ -155,12 +157,3 @@ def particle_wear(effort: Effort, *, overlap: float = 1.5) -> Share:
     }
     errors = np.array([drag.imbalance for drag in passes])
     return Share(float(errors[np.argmax(np.abs(errors))]), float(np.ptp(errors)), details)
-
-
-def _contact(poisson_ratio: float, per_radius: int) -> tuple[ParticleHalfSpace, ParticleContact]:
-    """Return automata under a ball of ten contact radii."""
-    domain = Domain((1.5 * per_radius,) * 2, 2.5 * per_radius)
-    body = ParticleHalfSpace(domain, [(1.0, poisson_ratio)])
-    gap = (body.points**2).sum(axis=1) / (20 * per_radius)
-    (contact,) = body.press(gap, Load("penetration", 0.1 * per_radius))
-    return body, contact

@@ -33,7 +33,7 @@ from reference.fem import Material
 from reference.fem.grid_body import ShearBody
 from reference.halfspace.friction import FrictionalGrid
 from reference.halfspace.traction import Compliance, NormalAndTangential
-from reference.rolling.creep_theories import CreepCoefficients, creep_coefficients, kalker, on_grid
+from reference.rolling.creep_theories import creep_coefficients, kalker, on_grid
 from reference.rolling.roll import Creep, Upstream, pressed, roll_on, steady
 from reference.rolling.strip import PlaneElements, PlaneSurface, hertz, moving_compliance
 from reference.viscoelastic.materials import GeneralisedMaxwell
@@ -45,9 +45,7 @@ _COEFFICIENTS = ("C11", "C22", "C23", "C33")
 _GRIDS: dict[Effort, tuple[int, ...]] = {"quick": (6, 8, 11), "full": (10, 14, 20)}
 
 
-@lru_cache(maxsize=256)
-def _coefficients(poisson_ratio: float, axis_ratio: float, effort: Effort) -> CreepCoefficients:
-    return creep_coefficients(poisson_ratio, axis_ratio, _GRIDS[effort])
+_coefficients = lru_cache(maxsize=256)(creep_coefficients)
 
 
 @experiment("creep-coefficient", "Poisson's ratio")
@@ -74,7 +72,7 @@ def creep_coefficient(
             for count in ((6, 8) if effort == "quick" else (8, 11))
         )
         return Finding(fine, 1.0, abs(fine - coarse), {})
-    study = _coefficients(poisson_ratio, axis_ratio, effort)
+    study = _coefficients(poisson_ratio, axis_ratio, _GRIDS[effort])
     true, bar = float(study.limit[which]), float(study.uncertainty[which])
     stated = 4 / (2 - poisson_ratio)
     if of == "table":

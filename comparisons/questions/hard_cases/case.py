@@ -396,7 +396,25 @@ class Recipe(SceneTable, populate_by_name=True):
         np.save(file, self._heights(maps))
 
     def _heights(self, maps: Mapping[str, Recipe]) -> np.ndarray:
-        heights = maps[self.start]._heights(maps) if self.start else self._generated()
+        from reference.surfaces import SelfAffine as Spectrum
+        from reference.surfaces import self_affine
+
+        grid = (self.points, self.points)
+        if self.start:
+            heights = maps[self.start]._heights(maps)
+        elif self.self_affine is not None:
+            rough = self.self_affine
+            spectrum = Spectrum(hurst=rough.hurst, rms_slope=rough.rms_slope)
+            sides = (self.side, self.side)
+            heights = self_affine(grid, sides, spectrum, seed=rough.seed, realisation=0).copy()
+        elif self.paraboloid is not None:
+            x = (np.arange(self.points) - (self.points - 1) / 2) * self.side / self.points
+            heights = -(x[:, None] ** 2 + x**2) / (2 * self.paraboloid)
+        elif self.checkerboard is not None:
+            places = np.arange(self.points)
+            heights = self.checkerboard * (-1.0) ** np.add.outer(places, places)
+        else:
+            heights = np.full(grid, self.level)
         random = np.random.default_rng(self.seed)
         if self.factor is not None:
             heights = heights * self.factor
@@ -411,21 +429,3 @@ class Recipe(SceneTable, populate_by_name=True):
         if self.cut is not None:
             heights = np.minimum(heights, self.cut)
         return heights.astype(self.precision)
-
-    def _generated(self) -> np.ndarray:
-        from reference.surfaces import SelfAffine as Spectrum
-        from reference.surfaces import self_affine
-
-        grid = (self.points, self.points)
-        if self.self_affine is not None:
-            sides = (self.side, self.side)
-            rough = self.self_affine
-            spectrum = Spectrum(hurst=rough.hurst, rms_slope=rough.rms_slope)
-            return self_affine(grid, sides, spectrum, seed=rough.seed, realisation=0).copy()
-        if self.paraboloid is not None:
-            x = (np.arange(self.points) - (self.points - 1) / 2) * self.side / self.points
-            return -(x[:, None] ** 2 + x**2) / (2 * self.paraboloid)
-        if self.checkerboard is not None:
-            places = np.arange(self.points)
-            return self.checkerboard * (-1.0) ** np.add.outer(places, places)
-        return np.full(grid, self.level)

@@ -197,25 +197,23 @@ def _put_over(base: Mapping[str, Any], keys: Mapping[str, Any]) -> dict[str, Any
         old, new = base.get(name, {}), keys.get(name, {})
         if not (isinstance(old, Mapping) and isinstance(new, Mapping) and (old or new)):
             continue
-        merged[name] = _expected(old, new) if name == "expected" else {**old, **new}
+        merged[name] = {**old, **new}
+        if name == "expected":
+            merged[name] = dict.fromkeys(JUDGED, new[ALL]) if ALL in new else dict(old)
+            for method, change in new.items():
+                before = merged[name].get(method)
+                if method == ALL:
+                    continue
+                if isinstance(before, Mapping) and isinstance(change, Mapping):
+                    # another outcome replaces the baseline's, else it is completed by it
+                    another = any(key in change and key not in before for key in OUTCOME_KEYS)
+                    if not (another and any(key in before for key in OUTCOME_KEYS)):
+                        change = {**before, **change}
+                merged[name][method] = change
         if name == "scene":
             merged[name] = deepcopy(dict(old))
             for path, value in new.items():
                 override(merged[name], path, deepcopy(value))
-    return merged
-
-
-def _expected(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Complete an expectation by that of the baseline, unless the outcome differs."""
-    merged = dict.fromkeys(JUDGED, changes[ALL]) if ALL in changes else dict(base)
-    for method, new in changes.items():
-        old = merged.get(method)
-        if method == ALL:
-            continue
-        if isinstance(old, Mapping) and isinstance(new, Mapping):
-            new_outcome = any(key in new and key not in old for key in OUTCOME_KEYS)
-            new = new if new_outcome and any(key in old for key in OUTCOME_KEYS) else {**old, **new}
-        merged[method] = new
     return merged
 
 

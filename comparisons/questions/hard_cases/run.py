@@ -279,7 +279,28 @@ def _judged(case: HardCase, name: str, kind: str, **found: Any) -> OutcomeRecord
     expected, deviation = PEER if METHODS[name].peer else "", ""
     if expectation is not None:
         expected = expectation_text(expectation)
-        deviation = _deviation(kind, found, expectation)
+        reason, lost = found.get("reason", ""), found.get("lost", ())
+        total = found.get("error", np.nan) + found.get("bar", np.nan)
+        area = found.get("area_error", np.nan)
+        differences = []
+        if total > expectation.error:
+            most = relative(expectation.error)
+            differences.append(f"error {relative(total)} instead of at most {most}")
+        if area > expectation.area:
+            most = relative(expectation.area)
+            differences.append(f"area off by {relative(area)} instead of at most {most}")
+        if kind not in (LOST, REFUSED) and lost != expectation.lost:
+            differences.append(f"lost steps {lost} instead of {expectation.lost}")
+        if expectation.lost and not reason:
+            differences.append("no reason is given for the lost steps")
+        if expectation.reason not in reason:
+            differences.append(f"the reason does not say {expectation.reason!r}")
+        if WARNED in reason:
+            differences.append("it warns")
+        deviation = "; ".join(differences)
+        allowed = {DEGRADED: (ACCURATE, DEGRADED)}  # better than expected is no deviation
+        if kind not in allowed.get(expectation.kind, (expectation.kind,)):
+            deviation = f"{kind} instead of {expectation.kind}"
     return OutcomeRecord(
         case=case.id,
         title=case.title,
@@ -303,30 +324,3 @@ def expectation_text(expectation: Expected) -> str:
         bounds.append(f"no answer at step {steps}: {expectation.text}")
     note = f" ({expectation.why})" if expectation.why else ""
     return f"{expectation.kind}, {', '.join(bounds)}{note}"
-
-
-def _deviation(kind: str, found: dict[str, Any], expectation: Expected) -> str:
-    """Return the deviation of an outcome from its expectation in words, "" if none."""
-    reason, lost = found.get("reason", ""), found.get("lost", ())
-    total = found.get("error", np.nan) + found.get("bar", np.nan)
-    area = found.get("area_error", np.nan)
-    allowed = {DEGRADED: (ACCURATE, DEGRADED)}  # better than expected is no deviation
-    if kind not in allowed.get(expectation.kind, (expectation.kind,)):
-        return f"{kind} instead of {expectation.kind}"
-    differences = []
-    if total > expectation.error:
-        differences.append(
-            f"error {relative(total)} instead of at most {relative(expectation.error)}"
-        )
-    if area > expectation.area:
-        most = relative(expectation.area)
-        differences.append(f"area off by {relative(area)} instead of at most {most}")
-    if kind not in (LOST, REFUSED) and lost != expectation.lost:
-        differences.append(f"lost steps {lost} instead of {expectation.lost}")
-    if expectation.lost and not reason:
-        differences.append("no reason is given for the lost steps")
-    if expectation.reason not in reason:
-        differences.append(f"the reason does not say {expectation.reason!r}")
-    if WARNED in reason:
-        differences.append("it warns")
-    return "; ".join(differences)

@@ -224,33 +224,13 @@ def read_entry(path: Path) -> Entry:
         raise InputError("\n  ".join([f"{path}:", *in_file(error, Entry)])) from error
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: not valid JSON: {error}") from error
-    problems = _misfits(entry)
-    if problems:
-        raise InputError("\n  ".join([f"{path}:", *problems]))
-    return entry
-
-
-def _no_number(name: str) -> float:
-    raise ValueError(f"{name} is no number of JSON; a value that is missing is null")
-
-
-def _each_key_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Return an object; of a key given twice nobody knows which value is meant."""
-    table = dict(pairs)
-    if len(table) < len(pairs):
-        twice = next(key for number, (key, _) in enumerate(pairs) if key in dict(pairs[:number]))
-        raise ValueError(f"the key {excerpt(twice)} is given more than once")
-    return table
-
-
-def _misfits(entry: Entry) -> list[str]:
-    """Return what does not fit the sheet of an entry."""
     from comparisons.geometry.prepare import prepare  # heavy: a list of problems needs none
 
     sheets = builtin_sheets()
     sheet = sheets.get(entry.problem)
     if sheet is None:
-        return [f"problem: expected one of {', '.join(sheets)}, got {entry.problem!r}"]
+        expected = f"expected one of {', '.join(sheets)}, got {entry.problem!r}"
+        raise InputError(f"{path}:\n  problem: {expected}")
     problems = []
     if entry.version != sheet.version:
         problems.append(f"version: expected {sheet.version}, got {entry.version}")
@@ -275,4 +255,19 @@ def _misfits(entry: Entry) -> list[str]:
                 f"values.{name}: expected {len(loads.values)} numbers, one for each load, got "
                 f"{len(values)}"
             )
-    return problems
+    if problems:
+        raise InputError("\n  ".join([f"{path}:", *problems]))
+    return entry
+
+
+def _no_number(name: str) -> float:
+    raise ValueError(f"{name} is no number of JSON; a value that is missing is null")
+
+
+def _each_key_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return an object; of a key given twice nobody knows which value is meant."""
+    table = dict(pairs)
+    if len(table) < len(pairs):
+        twice = next(key for number, (key, _) in enumerate(pairs) if key in dict(pairs[:number]))
+        raise ValueError(f"the key {excerpt(twice)} is given more than once")
+    return table

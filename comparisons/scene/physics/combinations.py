@@ -71,7 +71,22 @@ def combination_problems(data: Mapping[str, Any]) -> Iterator[str]:
             for name in tables:
                 if TABLES[name].two_constants:
                     yield f"half_space: expected E or G with nu: {TABLES[name].two_constants}"
-    yield from _loads(data, tables)
+    loading = data.get("loading", {})
+    if isinstance(loading, dict):  # which loads are missing, and which have nothing to act on
+        if "loading" not in data and "dynamics" not in tables:
+            yield "loading: expected, but missing"
+        if tables and "mean_gap" in loading:
+            yield f"loading.mean_gap: expected penetration or force with {_either(tables)}"
+        for name, (needed, text) in _ACTS_ON.items():
+            if name in loading and not set(needed) & set(tables):
+                yield f"loading.{name}: expected {text}"
+        for name in tables:
+            yield from TABLES[name].misfits(data, loading)
+        pressed = any(name in loading for name in PRESCRIBED)
+        if "time" in loading and not pressed and "dynamics" not in tables:
+            yield "loading: expected exactly one of penetration and force for each time, got none"
+        if "substeps" in loading and not (set(TANGENTIAL) & set(loading) or walks_a_path(data)):
+            yield "loading.substeps: expected a path of loads; increasing loads are already steps"
     compare = data.get("compare")
     names = compare.get("quantities") if isinstance(compare, dict) else None
     for name in names if isinstance(names, (list, tuple)) else ():
@@ -95,27 +110,6 @@ _ACTS_ON = {
         "[viscoelastic] or [dynamics]: nothing else depends on time",
     ),
 }
-
-
-def _loads(data: Mapping[str, Any], tables: tuple[str, ...]) -> Iterator[str]:
-    """Yield which loads are missing, and which have nothing to act on."""
-    loading = data.get("loading", {})
-    if not isinstance(loading, dict):
-        return
-    if "loading" not in data and "dynamics" not in tables:
-        yield "loading: expected, but missing"
-    if tables and "mean_gap" in loading:
-        yield f"loading.mean_gap: expected penetration or force with {_either(tables)}"
-    for name, (needed, text) in _ACTS_ON.items():
-        if name in loading and not set(needed) & set(tables):
-            yield f"loading.{name}: expected {text}"
-    for name in tables:
-        yield from TABLES[name].misfits(data, loading)
-    pressed = any(name in loading for name in PRESCRIBED)
-    if "time" in loading and not pressed and "dynamics" not in tables:
-        yield "loading: expected exactly one of penetration and force for each time, got none"
-    if "substeps" in loading and not (set(TANGENTIAL) & set(loading) or walks_a_path(data)):
-        yield "loading.substeps: expected a path of loads; increasing loads are already steps"
 
 
 def _either(names: tuple[str, ...] | list[str]) -> str:
