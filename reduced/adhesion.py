@@ -25,8 +25,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from reduced.arguments import choice_faults, positive_faults, refuse
-from reduced.errors import ConvergenceError
+from reduced.errors import ConvergenceError, choice_faults, positive_faults, refuse
 from reduced.loads import LoadPath
 from reduced.springs.indent import continuum_radius
 from reduced.springs.line import SmoothLine, Springs, part_moments, rise_and_slope

@@ -24,8 +24,7 @@ from typing import Literal
 import numpy as np
 from scipy.linalg import solve_banded
 
-from reduced.arguments import choice_faults, count_faults, positive_faults, refuse
-from reduced.errors import ConvergenceError
+from reduced.errors import ConvergenceError, choice_faults, count_faults, positive_faults, refuse
 
 Rule = Literal["local", "hertz", "rigid"]
 RULES = ("local", "hertz", "rigid")

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from reduced.arguments import choice_faults, increasing_faults, refuse
+from reduced.errors import choice_faults, increasing_faults, refuse
 
 EDGES = ("sub_cell", "nodal")
 """Contacts that end inside a cell, and the chapter's sums over whole springs."""

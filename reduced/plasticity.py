@@ -34,8 +34,7 @@ from typing import Literal
 import numpy as np
 from scipy.optimize import brentq
 
-from reduced.arguments import choice_faults, positive_faults, refuse
-from reduced.errors import ConvergenceError
+from reduced.errors import ConvergenceError, choice_faults, positive_faults, refuse
 from reduced.loads import Load, LoadPath
 from reduced.profiles.section import Profile, bisect
 from reduced.rough.press import LineContact, RoughLines, press

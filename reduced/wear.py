@@ -22,8 +22,13 @@ from typing import Literal
 
 import numpy as np
 
-from reduced.arguments import count_faults, increasing_faults, positive_faults, refuse
-from reduced.errors import ConvergenceError
+from reduced.errors import (
+    ConvergenceError,
+    count_faults,
+    increasing_faults,
+    positive_faults,
+    refuse,
+)
 from reduced.loads import Load
 from reduced.profiles.section import Profile
 from reduced.rough.press import LineContact, RoughLines, press

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from reference.arguments import poisson_faults, positive_faults, refuse
+from reference.errors import poisson_faults, positive_faults, refuse
 
 # Beyond it lambda is more than 5000 times the shear modulus, and a displacement method loses the
 # digits of the pressure.

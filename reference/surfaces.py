@@ -11,7 +11,7 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 from scipy import fft
 
-from reference.arguments import positive_faults, refuse
+from reference.errors import positive_faults, refuse
 
 Array = NDArray[np.float64]
 Pair = tuple[float, float]

@@ -84,18 +84,22 @@ class BodyGeometry(IndenterGeometry):
 def with_body(scene: Scene, contact: IndenterGeometry) -> BodyGeometry:
     """Read and check the body of a scene, under the indenter on a half-space of its constants."""
     assert scene.body is not None
+    table = scene.body
     try:
-        return _geometry(scene.body, read_body(Path(scene.directory) / scene.body.file), contact)
+        read = read_body(Path(scene.directory) / table.file)
     except FileError as error:
         raise SceneError(scene.name, [f"body.{problem}" for problem in error.problems]) from error
-
-
-def _geometry(table: Body, read: BodyFile, contact: IndenterGeometry) -> BodyGeometry:
     # as rows the two transverse axes (in alphabetical order) and the indenter's direction
     along = AXES.index(table.direction[1])
     rows = [np.eye(3)[k] for k in range(3) if k != along]
     axes = np.array([*rows, (1.0 if table.direction[0] == "+" else -1.0) * np.eye(3)[along]])
-    problems, inverted, pieces = [], read.mesh.inverted(), read.mesh.parts()
+    problems: list[str] = []
+
+    def check() -> None:
+        if problems:
+            raise SceneError(scene.name, [f"body.{problem}" for problem in problems])
+
+    inverted, pieces = read.mesh.inverted(), read.mesh.parts()
     if len(inverted):
         some = ", ".join(str(cell) for cell in inverted[:SHOWN_CELLS])
         more = ", ..." if len(inverted) > SHOWN_CELLS else ""
@@ -110,8 +114,7 @@ def _geometry(table: Body, read: BodyFile, contact: IndenterGeometry) -> BodyGeo
     for name in table.supports:
         if name not in read.parts:
             problems.append(f"supports.{name}: {_unknown(name, read)}")
-    if problems:
-        raise FileError(*problems)
+    check()
     mesh = read.mesh.transformed(np.zeros(3), table.unit * axes)
     # where the axis of the indenter meets the top of the surface, in rotated coordinates
     points = mesh.points[mesh.nodes_of(surface)]
@@ -135,8 +138,7 @@ def _geometry(table: Body, read: BodyFile, contact: IndenterGeometry) -> BodyGeo
     supports = []
     for name, constraint in table.supports.items():
         supports.append(_support(mesh, read.parts[name], constraint, axes, name, problems))
-    if problems:
-        raise FileError(*problems)
+    check()
     geometry = BodyGeometry(
         **{field.name: getattr(contact, field.name) for field in fields(contact)},
         solid=mesh,
@@ -161,8 +163,7 @@ def _geometry(table: Body, read: BodyFile, contact: IndenterGeometry) -> BodyGeo
             "supports: expected supports away from the contact surface, got nodes of it that "
             "are held along the indenter's direction"
         )
-    if problems:
-        raise FileError(*problems)
+    check()
     return geometry
 
 

@@ -6,7 +6,7 @@ slopes, the gap is all that a contact knows of its surfaces (Johnson 1985, secti
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, reduce
 from math import hypot
@@ -154,7 +154,21 @@ def faces_of(scene: Scene) -> tuple[tuple[Face, ...], tuple[str, ...]]:
         where = f"{key}: " if scene.surface2 is not None else ""
         treatment += [where + note for note in measured.treatment]
     if not problems:
-        problems += _mismatches(made)
+        first, *others = made
+        for face in others:
+            if face.points != first.points:
+                problems.append(
+                    f"surface2: expected as many points as [surface], {first.points[0]} x "
+                    f"{first.points[1]}, got {face.points[0]} x {face.points[1]}"
+                )
+            if any(
+                abs(side - known) > SAME_SIDE * known
+                for side, known in zip(face.size, first.size, strict=True)
+            ):
+                problems.append(
+                    f"surface2: expected the sides of [surface], {first.size[0]:g} m x "
+                    f"{first.size[1]:g} m, got {face.size[0]:g} m x {face.size[1]:g} m"
+                )
     if problems:
         raise SceneError(scene.name, problems)
     if len(made) > 1:
@@ -191,38 +205,18 @@ def top(faces: Sequence[Face], realisation: int) -> float:
     if all(face.band_limited for face in faces):
         return surfaces.highest(native)
     around = np.pad(native, _AROUND, mode="symmetric")
-    places = np.unravel_index(np.argsort(native, axis=None)[-_TOPS:], native.shape)
-    return max(_top_near(around, (int(i), int(j))) for i, j in np.column_stack(places))
-
-
-def _top_near(around: np.ndarray, place: tuple[int, int]) -> float:
-    """Return the highest value of cubic splines a cell around a point of a padded map.
-
-    Finer grids would find what a coarse search misses, and depths on them have another datum.
-    """
-    part = around[tuple(slice(k, k + 2 * _AROUND + 1) for k in place)]
-    highest, reach = np.full(2, float(_AROUND)), 1.0
-    for _ in range(_ZOOMS):
-        axes = highest[:, None] + reach * np.linspace(-1, 1, 19)
-        places = np.stack(np.meshgrid(*axes, indexing="ij"))
-        values = scipy.ndimage.map_coordinates(part, places, order=3, mode="reflect")
-        highest, reach = places.reshape(2, -1)[:, values.argmax()], reach / 9
-    return float(values.max())
-
-
-def _mismatches(faces: Sequence[Face]) -> Iterator[str]:
-    first, *others = faces
-    for face in others:
-        if face.points != first.points:
-            yield (
-                f"surface2: expected as many points as [surface], {first.points[0]} x "
-                f"{first.points[1]}, got {face.points[0]} x {face.points[1]}"
-            )
-        if any(
-            abs(side - known) > SAME_SIDE * known
-            for side, known in zip(face.size, first.size, strict=True)
-        ):
-            yield (
-                f"surface2: expected the sides of [surface], {first.size[0]:g} m x "
-                f"{first.size[1]:g} m, got {face.size[0]:g} m x {face.size[1]:g} m"
-            )
+    summits = []
+    for place in np.column_stack(
+        np.unravel_index(np.argsort(native, axis=None)[-_TOPS:], native.shape)
+    ):
+        # the highest value of cubic splines a cell around the point; finer grids would find what a
+        # coarse search misses, and depths on them have another datum
+        part = around[tuple(slice(k, k + 2 * _AROUND + 1) for k in place)]
+        highest, reach = np.full(2, float(_AROUND)), 1.0
+        for _ in range(_ZOOMS):
+            axes = highest[:, None] + reach * np.linspace(-1, 1, 19)
+            points = np.stack(np.meshgrid(*axes, indexing="ij"))
+            values = scipy.ndimage.map_coordinates(part, points, order=3, mode="reflect")
+            highest, reach = points.reshape(2, -1)[:, values.argmax()], reach / 9
+        summits.append(float(values.max()))
+    return max(summits)

@@ -96,23 +96,19 @@ def scene_notes(scene: Scene, geometry: Geometry) -> list[str]:
             )
             if depth > DEEPEST * radius:
                 doubts.append("the contact is deeper than wide")
-        elif scene.adhesion is not None and (times := _without_adhesion(geometry)) > STEEPEST:
-            slopes.append(
-                f"{CHECK}slopes, and the work of adhesion: it opens a contact of radius "
-                f"{with_unit(radius, 'm')}, which without it takes a penetration of "
-                f"{number(times)} times that; every method here holds below some "
-                f"{number(STEEPEST, 1)}"
-            )
+        elif scene.adhesion is not None:
+            profile = equivalent_profile(geometry.indenter)
+            if radius < profile.edge:  # not so of a flat face
+                times = float(profile.height(np.array([radius]))[0]) / radius
+                if times > STEEPEST:
+                    slopes.append(
+                        f"{CHECK}slopes, and the work of adhesion: it opens a contact of radius "
+                        f"{with_unit(radius, 'm')}, which without it takes a penetration of "
+                        f"{number(times)} times that; every method here holds below some "
+                        f"{number(STEEPEST, 1)}"
+                    )
     units = [f"{CHECK}units of the scene: {'; '.join(doubts)}"] if doubts else []
     return units + slopes
-
-
-def _without_adhesion(geometry: IndenterGeometry) -> float:
-    """Return penetration over radius of a contact as wide, pressed without adhesion; flat: 0."""
-    profile, radius = equivalent_profile(geometry.indenter), geometry.contact_radius
-    if not radius < profile.edge:
-        return 0.0
-    return float(profile.height(np.array([radius]))[0]) / radius
 
 
 def surface_notes(geometry: RoughGeometry) -> list[str]:
@@ -141,24 +137,20 @@ def surface_notes(geometry: RoughGeometry) -> list[str]:
     notes = [stated]
     if doubts:
         notes.append(f"{CHECK}units and the size of the surface: {', '.join(doubts)}")
-    if geometry.measured is not None:
-        notes += _lone_peak(geometry.measured, geometry)
+    heights = geometry.measured
+    if heights is not None:  # a single spot far above all else: dust, or a lost point
+        rise = LONE * geometry.rms_height
+        spots, number_of_spots = scipy.ndimage.label(heights > heights.max() - rise)
+        if number_of_spots == 1 and 0 < spots.mean() < LONE_SHARE:
+            place = np.unravel_index(np.argmax(heights), heights.shape)
+            steps = geometry.spacing(heights)
+            at = (_metres(p * step) for p, step in zip(place, steps, strict=True))
+            notes.append(
+                f"{CHECK}highest point, at {' and '.join(at)} from the corner: it stands more than "
+                f"{number(LONE, 1)} rms heights above all other spots (dust?), and light loads "
+                "rest on it alone"
+            )
     return notes
-
-
-def _lone_peak(heights: np.ndarray, geometry: RoughGeometry) -> list[str]:
-    """Return a note on a single spot that stands far above all else: dust, or a lost point."""
-    rise = LONE * geometry.rms_height
-    spots, number_of_spots = scipy.ndimage.label(heights > heights.max() - rise)
-    if number_of_spots != 1 or not 0 < spots.mean() < LONE_SHARE:
-        return []
-    place = np.unravel_index(np.argmax(heights), heights.shape)
-    at = (_metres(p * step) for p, step in zip(place, geometry.spacing(heights), strict=True))
-    return [
-        f"{CHECK}highest point, at {' and '.join(at)} from the corner: it stands more than "
-        f"{number(LONE, 1)} rms heights above all other spots (dust?), and light loads rest on it "
-        "alone"
-    ]
 
 
 def _metres(length: float) -> str:

@@ -184,22 +184,36 @@ def indenter_geometry(scene: Scene, loads: AbsoluteLoads) -> IndenterGeometry:
     if not scene.half_space.uniform:
         try:
             profile = equivalent_profile(scene.indenter)
-            depth, radius = contacts(scene, profile, loads)
+            deep, wide = contacts(scene, profile, loads)
         except (ValueError, RuntimeError, ArithmeticError) as error:
             raise SceneError(scene.name, [f"loading.{loads.control}: {error}"]) from error
-        section, largest = profile.section, float(radius[-1])
+        section, largest = profile.section, float(wide[-1])
         inside = section is not None and largest < section.edge
         rim = float(section.height(np.array([largest]))[0]) if section and inside else 0.0
         return IndenterGeometry(
             scene.indenter,
-            float(depth[-1]),
+            float(deep[-1]),
             largest,
-            tuple(depth.tolist()),
-            tuple(radius.tolist()),
+            tuple(deep.tolist()),
+            tuple(wide.tolist()),
             rim_gap=rim,
         )
-    estimate = _largest_estimate if scene.physics else _press_estimate
-    return estimate(scene, loads)
+    if not scene.physics:
+        return _press_estimate(scene, loads)
+    # the largest contact; of impacts also every step
+    try:
+        profile = equivalent_profile(scene.indenter)
+        depth, radius = largest_contact(scene, profile, loads)
+        if not 0 < radius < np.inf:
+            raise ValueError("no contact at any of the loads")
+        if loads.control != "velocity":
+            return IndenterGeometry(scene.indenter, depth, radius)
+        depths, radii = impact_contacts(scene, profile, loads.values)
+    except (ValueError, RuntimeError, ArithmeticError) as error:
+        raise SceneError(scene.name, [f"loading: {error}"]) from error
+    return IndenterGeometry(
+        scene.indenter, depth, radius, tuple(depths.tolist()), tuple(radii.tolist())
+    )
 
 
 def equivalent_profile(indenter: Indenter) -> equivalents.Profile:
@@ -217,24 +231,6 @@ def equivalent_profile(indenter: Indenter) -> equivalents.Profile:
     if profile is None:
         raise ValueError(f"no equivalent profile is known for a {indenter.in_words}")
     return profile
-
-
-def _largest_estimate(scene: Scene, loads: AbsoluteLoads) -> IndenterGeometry:
-    """Estimate the largest contact of a scene with physics; for impacts, also every step."""
-    assert scene.indenter is not None
-    try:
-        profile = equivalent_profile(scene.indenter)
-        depth, radius = largest_contact(scene, profile, loads)
-        if not 0 < radius < np.inf:
-            raise ValueError("no contact at any of the loads")
-        if loads.control != "velocity":
-            return IndenterGeometry(scene.indenter, depth, radius)
-        depths, radii = impact_contacts(scene, profile, loads.values)
-    except (ValueError, RuntimeError, ArithmeticError) as error:
-        raise SceneError(scene.name, [f"loading: {error}"]) from error
-    return IndenterGeometry(
-        scene.indenter, depth, radius, tuple(depths.tolist()), tuple(radii.tolist())
-    )
 
 
 # Estimates from one line of springs are used down to this fraction of its largest contact radius.

@@ -107,7 +107,16 @@ def read_map(path: Path, surface: MeasuredMap) -> TreatedMap:
         treatment.append(
             f"{holes.sum()} of {holes.size} points ({100 * holes.mean():.2f} %) undefined: {done}"
         )
-    treatment += _seams(heights) if periodic else ()
+    for axis, name in enumerate("xy" if periodic else ""):
+        # The step across two sides that should match (rms over the side) is compared with the
+        # largest step between neighbouring lines inside, so that a groove may end at the border.
+        steps = np.diff(heights, axis=axis, append=heights.take([0], axis))
+        *inside, across = np.sqrt(np.mean(steps**2, axis=1 - axis))
+        if across > _WIDEST_SEAM * max(inside):
+            treatment.append(
+                f"declared periodic, but along {name} the last line and the first differ by "
+                f"{across:.2g} m (rms), neighbours inside by at most {max(inside):.2g} m"
+            )
     heights.setflags(write=False)
     return TreatedMap(
         heights=heights,
@@ -188,21 +197,3 @@ def _harmonic_fill(
         )
     ).tocsc()
     return splu(matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}).solve(right)
-
-
-def _seams(heights: Array) -> list[str]:
-    """Return notes on pairs of sides that do not match although the map is declared periodic.
-
-    The step across them (rms over the side) is compared with the largest step between neighbouring
-    lines inside, so that a groove may end at the border.
-    """
-    notes = []
-    for axis, name in enumerate("xy"):
-        steps = np.diff(heights, axis=axis, append=heights.take([0], axis))
-        *inside, across = np.sqrt(np.mean(steps**2, axis=1 - axis))
-        if across > _WIDEST_SEAM * max(inside):
-            notes.append(
-                f"declared periodic, but along {name} the last line and the first differ by "
-                f"{across:.2g} m (rms), neighbours inside by at most {max(inside):.2g} m"
-            )
-    return notes

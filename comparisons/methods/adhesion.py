@@ -14,7 +14,6 @@ from comparisons.methods.normal.reduced import ProfileSolver
 from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.scene.indenters.axisymmetric import PowerLaw
 from comparisons.scene.indenters.indenter import Indenter
-from comparisons.scene.physics.absolute_loads import AbsoluteLoads
 from comparisons.scene.physics.tables.adhesion import Adhesion as AdhesionTable
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
@@ -27,7 +26,6 @@ from reference.errors import ConvergenceError
 from reference.halfspace import FreeOperator
 from reference.halfspace.cohesive import (
     CohesiveContact,
-    CohesivePath,
     CohesiveProblem,
     dugdale,
     trace,
@@ -225,8 +223,19 @@ class GridAdhesion(HalfSpaceGrid):
         pulled = float(np.sqrt(2 * np.pi * work / modulus * geometry.contact_radius))
         operator, gap = self._grid(task, (1 + _RAMP) * reach + pulled + depth)
         problem = CohesiveProblem(operator, gap, law)
-        path = _path(problem, task.loads, depth, pulled + reach)
-        control, values = task.loads.control, task.loads.values
+        control, values, length = task.loads.control, task.loads.values, pulled + reach
+        # the path from beyond the largest load to far apart
+        top, lowest = depth + 0.05 * length, -0.7 * length
+        if control == "penetration":
+            top = max(depth, float(values.max())) + 0.05 * length
+            lowest = min(lowest, float(values.min()) - 0.05 * length)
+        for _ in range(_EXTENSIONS):
+            path = trace(problem, top, lowest, steps=_STEPS, tolerance=_TOLERANCE)
+            if (path.force if control == "force" else path.penetration)[0] >= values.max():
+                break
+            top += 0.5 * length + 0.2 * abs(top)
+        else:
+            raise ConvergenceError("the largest load of an adhesive path was not reached")
         places, states, residuals = path.follow(control, values), [], []
         for (i, part), load in zip(places, map(float, values), strict=True):
             before, after = path.points[i : i + 2]
@@ -285,24 +294,6 @@ def _walked(
         "pull_off_force": pull,
     }
     return Solution.of(task, curves, unknowns=unknowns, violation=residual)
-
-
-def _path(
-    problem: CohesiveProblem, loads: AbsoluteLoads, penetration: float, length: float
-) -> CohesivePath:
-    """Path from beyond the largest load to far apart; lengths in units of `length`."""
-    top = max(penetration, float(loads.values.max())) if loads.control == "penetration" else 0.0
-    top = max(top, penetration) + 0.05 * length
-    lowest = -0.7 * length
-    if loads.control == "penetration":
-        lowest = min(lowest, float(loads.values.min()) - 0.05 * length)
-    for _ in range(_EXTENSIONS):
-        path = trace(problem, top, lowest, steps=_STEPS, tolerance=_TOLERANCE)
-        pressed = path.force if loads.control == "force" else path.penetration
-        if pressed[0] >= loads.values.max():
-            return path
-        top += 0.5 * length + 0.2 * abs(top)
-    raise ConvergenceError("the largest load of an adhesive path was not reached")
 
 
 def edge_doubt(geometry: IndenterGeometry, resolution: int) -> float:

@@ -19,7 +19,7 @@ from comparisons.methods.normal.bem_fft import HalfSpaceGrid, loosened
 from comparisons.methods.normal.closed_form import FormSolver
 from comparisons.methods.normal.grid import Grid, cells, make_grid
 from comparisons.methods.normal.reduced import ProfileSolver, line_picture
-from comparisons.methods.normal.reduced_lines import Lines, LineSolver
+from comparisons.methods.normal.reduced_lines import LineSolver
 from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
@@ -153,43 +153,41 @@ class ReducedFrictionLines(LineSolver):
         self.friction = needed(scene.friction, NO_TABLE).coefficient
 
     def rows(self, task: Task[RoughGeometry]) -> Iterator[Row]:
-        """Draw all lines."""
+        """Draw all lines; each is led as far as it holds, and stands for `patches` patches."""
         lines = self.draw(task)
-        for row, line in enumerate(lines.rough.heights):
-            yield Row(partial(self._steps, task, lines, row), unknowns=line.size)
 
-    def _steps(
-        self, task: Task[RoughGeometry], lines: Lines, row: int, loads: np.ndarray
-    ) -> Iterator[Step]:
-        """Yield the steps of one line as far as it holds; it stands for `patches` patches."""
-        line, patches, edges = lines.rough[row], lines.patches, self.edges
-        control, load = normal_load(task)
-        normal = Load(control, load * (patches if control == "force" else 1.0))
-        contact = press(line, self.modulus, normal, edges=edges)
-        force = float(contact.force[0, 0])
-        holding = held_steps(task, self.friction, force / patches)
-        share = patches if task.loads.control == "tangential_force" else 1.0
-        path = LoadPath(task.loads.control, loads[: max(holding, 1)] * (holding > 0) * share)
-        friction = Friction(self.scene.tangential_modulus, self.friction)
-        answer = slide_lines(line, self.modulus, friction, normal, path, edges=edges)
-        length = float(contact.contact_length[0, 0])
-        steady = {
-            "penetration": float(contact.penetration[0, 0]),
-            "force": force / patches,
-            "contact_area": float(contact.contact_area[0, 0]) / patches,
-            "stiffness": float(contact.stiffness[0, 0]) / patches,
-            "tangential_stiffness": self.scene.tangential_modulus * length / patches,
-        }
-        pulled, moved = answer.tangential_force[0], answer.tangential_displacement[0]
-        for step in range(holding):
-            along = {
-                "tangential_force": float(pulled[step] / patches),
-                "tangential_displacement": float(moved[step]),
-                "friction_coefficient": float(pulled[step] / force),
+        def steps(row: int, loads: np.ndarray) -> Iterator[Step]:
+            line, patches, edges = lines.rough[row], lines.patches, self.edges
+            control, load = normal_load(task)
+            normal = Load(control, load * (patches if control == "force" else 1.0))
+            contact = press(line, self.modulus, normal, edges=edges)
+            force = float(contact.force[0, 0])
+            holding = held_steps(task, self.friction, force / patches)
+            share = patches if task.loads.control == "tangential_force" else 1.0
+            path = LoadPath(task.loads.control, loads[: max(holding, 1)] * (holding > 0) * share)
+            friction = Friction(self.scene.tangential_modulus, self.friction)
+            answer = slide_lines(line, self.modulus, friction, normal, path, edges=edges)
+            length = float(contact.contact_length[0, 0])
+            steady = {
+                "penetration": float(contact.penetration[0, 0]),
+                "force": force / patches,
+                "contact_area": float(contact.contact_area[0, 0]) / patches,
+                "stiffness": float(contact.stiffness[0, 0]) / patches,
+                "tangential_stiffness": self.scene.tangential_modulus * length / patches,
             }
-            yield Step(steady | along)
-        if holding < len(loads):
-            raise NoAnswerError(SLIDES)
+            pulled, moved = answer.tangential_force[0], answer.tangential_displacement[0]
+            for step in range(holding):
+                along = {
+                    "tangential_force": float(pulled[step] / patches),
+                    "tangential_displacement": float(moved[step]),
+                    "friction_coefficient": float(pulled[step] / force),
+                }
+                yield Step(steady | along)
+            if holding < len(loads):
+                raise NoAnswerError(SLIDES)
+
+        for row, line in enumerate(lines.rough.heights):
+            yield Row(partial(steps, row), unknowns=line.size)
 
 
 class ClosedFormFriction(FormSolver):

@@ -66,6 +66,17 @@ def contact_step(
         (pressed,) = body.press(punch, Load("penetration", contact.penetration))
         outline = values["contact_area"] / counted
         values["stiffness"] = np.sqrt(outline) * (pressed.force / pressed.penetration)
+
+    def inside() -> dict[str, np.ndarray]:
+        """Return places, displacements and von Mises stresses of the automata that move."""
+        places, displacement, stresses = body.inside(contact)
+        return {
+            "particle_places": places,
+            "particle_displacement": displacement,
+            "particle_von_mises": stresses,
+            "particle_spacing": np.array(body.spacing),
+        }
+
     return Step(
         values,
         iterations=contact.steps,
@@ -73,19 +84,8 @@ def contact_step(
         unknowns=body.bodies * 6 * body.automata.packing.free,
         pressure=pressure_of(task, cells, grid),
         fields=partial(contact_fields, task, cells, grid),
-        body_fields=partial(_inside, body, contact),
+        body_fields=inside,
     )
-
-
-def _inside(body: ParticleHalfSpace, contact: ParticleContact) -> dict[str, np.ndarray]:
-    """Return places, displacements and von Mises stresses of the automata that move."""
-    places, displacement, stresses = body.inside(contact)
-    return {
-        "particle_places": places,
-        "particle_displacement": displacement,
-        "particle_von_mises": stresses,
-        "particle_spacing": np.array(body.spacing),
-    }
 
 
 G = TypeVar("G", bound=Geometry)
@@ -213,7 +213,14 @@ class Mca(McaSolver[IndenterGeometry]):
             if not (radius > 0.0 and depth > 0.0):
                 raise NoAnswerError(geometry.unreached.get(step, "no estimate of its contact"))
             domain = self._domain(depth, radius, task.resolution)
-            body, gap = self._placed(domain, radius / task.resolution)
+            body = self.body(domain, radius / task.resolution)
+            gap = np.asarray(self.indenter.gap(*body.points.T), dtype=float)
+            face = self.indenter.face_area
+            if face is not None:  # a flat one has the area of the automata below: so far apart
+                count = np.count_nonzero(np.isfinite(gap))
+                if not count:
+                    raise NoAnswerError("no automaton lies under the face: it is too narrow")
+                body = self.body(domain, float(np.sqrt(face / count)))
             pressed = Load(task.loads.control, [load])
             for contact in body.press(gap, pressed, balance=self.balance):
                 yield contact_step(task, body, contact, net_of(body, gap, domain))
@@ -222,21 +229,6 @@ class Mca(McaSolver[IndenterGeometry]):
         half_x, half_y = (half / radius for half in self.indenter.reach(1.05 * depth))
         loaded = half_x * resolution + 0.5, half_y * resolution + 0.5
         return Domain(loaded, MARGIN * resolution)
-
-    def _placed(self, domain: Domain, spacing: float) -> tuple[ParticleHalfSpace, np.ndarray]:
-        """Return the body and the gap at its surface.
-
-        The automata under a flat face have its area: their spacing is chosen so.
-        """
-        body = self.body(domain, spacing)
-        gap = np.asarray(self.indenter.gap(*body.points.T), dtype=float)
-        face = self.indenter.face_area
-        if face is None:
-            return body, gap
-        count = np.count_nonzero(np.isfinite(gap))
-        if not count:
-            raise NoAnswerError("no automaton lies under the face: it is too narrow")
-        return self.body(domain, float(np.sqrt(face / count))), gap
 
 
 class McaPatch(McaSolver[RoughGeometry]):
@@ -283,25 +275,19 @@ class McaPatch(McaSolver[RoughGeometry]):
         # the first point of the patch lies on an automaton; the patch is centred to half a spacing
         corner = np.array([-(nx // 2), -(ny // 2)])
         numbers = _numbers_at(body, corner, (nx, ny))
-        for realisation in task.realisations:
-            sweep = partial(self._steps, task, body, numbers, realisation)
-            unknowns = body.bodies * 6 * body.automata.packing.free
-            yield Row(sweep, unknowns=unknowns, truncation=ROUGH_TRUNCATION)
 
-    def _steps(
-        self,
-        task: Task[RoughGeometry],
-        body: ParticleHalfSpace,
-        numbers: np.ndarray,
-        realisation: int,
-        loads: np.ndarray,
-    ) -> Iterator[Step]:
-        grid = make_grid(task.geometry, task.resolution, realisation)
-        gap = np.full(len(body.points), np.inf)
-        gap[numbers] = grid.gap.ravel()
-        load = Load(task.loads.control, loads)
-        for contact in body.press(gap, load, balance=self.balance):
-            yield contact_step(task, body, contact, (numbers, grid))
+        def steps(realisation: int, loads: np.ndarray) -> Iterator[Step]:
+            grid = make_grid(geometry, task.resolution, realisation)
+            gap = np.full(len(body.points), np.inf)
+            gap[numbers] = grid.gap.ravel()
+            load = Load(task.loads.control, loads)
+            for contact in body.press(gap, load, balance=self.balance):
+                yield contact_step(task, body, contact, (numbers, grid))
+
+        unknowns = body.bodies * 6 * body.automata.packing.free
+        for realisation in task.realisations:
+            sweep = partial(steps, realisation)
+            yield Row(sweep, unknowns=unknowns, truncation=ROUGH_TRUNCATION)
 
 
 def _points(geometry: RoughGeometry, resolution: int) -> tuple[int, int]:

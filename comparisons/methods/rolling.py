@@ -170,36 +170,35 @@ class GridRolling(FrictionalGrid):
         along, across = task.geometry.reach
         cells_along = task.resolution * np.sqrt(along / across)
         doubt = float(SPIN_DOUBT / cells_along) if self.rolling.spin else 0.0
-        yield Row(partial(self._rolled, task, press, grid), truncation=doubt)
 
-    def _rolled(
-        self, task: Task, press: FrictionalPress, grid: Grid, values: np.ndarray
-    ) -> Iterator[Step]:
-        """Yield the steps; each starts from the tractions of the one before."""
-        creeps = [Creep(*pair, self.rolling.spin) for pair in pairs(self.rolling, values)]
-        load = reference_loads.Load(*normal_load(task))
-        for value, step in zip(
-            values, roll(press, load, creeps, tolerance=self.tolerance), strict=False
-        ):
-            forces = step.tangential_force, step.lateral_force
-            rolled = quantities(self.rolling, float(value), forces, self.friction * step.force)
-            mask = step.pressure > 0
-            contact = {
-                "friction_coefficient": step.tangential_force / step.force,
-                "stick_area": float(areas.corrected_area(step.sticking, grid.spacing)),
-                "penetration": step.penetration,
-                "force": step.force,
-                "contact_area": float(areas.corrected_area(mask, grid.spacing)),
-                "contact_area_raw": float(areas.raw_area(mask, grid.spacing)),
-            }
-            yield Step(
-                rolled | contact,
-                iterations=step.rounds,
-                violation=max(step.violation, step.error),
-                unknowns=2 * int(np.count_nonzero(step.pressure)),
-                pressure=partial(self._fields, grid, step),
-                fields=partial(self._fields, grid, step) if task.wants_pressure else None,
-            )
+        def steps(values: np.ndarray) -> Iterator[Step]:
+            """Yield the steps; each starts from the tractions of the one before."""
+            creeps = [Creep(*pair, self.rolling.spin) for pair in pairs(self.rolling, values)]
+            load = reference_loads.Load(*normal_load(task))
+            for value, step in zip(
+                values, roll(press, load, creeps, tolerance=self.tolerance), strict=False
+            ):
+                forces = step.tangential_force, step.lateral_force
+                rolled = quantities(self.rolling, float(value), forces, self.friction * step.force)
+                mask = step.pressure > 0
+                contact = {
+                    "friction_coefficient": step.tangential_force / step.force,
+                    "stick_area": float(areas.corrected_area(step.sticking, grid.spacing)),
+                    "penetration": step.penetration,
+                    "force": step.force,
+                    "contact_area": float(areas.corrected_area(mask, grid.spacing)),
+                    "contact_area_raw": float(areas.raw_area(mask, grid.spacing)),
+                }
+                yield Step(
+                    rolled | contact,
+                    iterations=step.rounds,
+                    violation=max(step.violation, step.error),
+                    unknowns=2 * int(np.count_nonzero(step.pressure)),
+                    pressure=partial(self._fields, grid, step),
+                    fields=partial(self._fields, grid, step) if task.wants_pressure else None,
+                )
+
+        yield Row(steps, truncation=doubt)
 
     def _fields(self, grid: Grid, step: RollingStep) -> dict[str, np.ndarray]:
         """Return pressure and tractions, and what part of the bound they use."""

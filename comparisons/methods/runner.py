@@ -50,44 +50,23 @@ def run(
     quantities, with its reason; `reason` puts an exception that is none of the numerics' own into
     words.
     """
-    cuts = _cuts(task, solver.span if span is None else span)
+    span = solver.span if span is None else span
+    # the load steps at which a new span begins, from the last; and their number
+    steps, geometry = len(task.loads.values), task.geometry
+    cuts = [steps]
+    if isinstance(geometry, IndenterGeometry) and len(geometry.contact_radii) == steps:
+        radii = geometry.contact_radii
+        largest = radii[-1]
+        for step in range(steps - 2, -1, -1):
+            # A load without an estimate (NaN) is a span of its own.
+            if not radii[step] * span >= largest:
+                cuts.append(step + 1)
+                largest = radii[step]
+    cuts = [0, *reversed(cuts)]
     parts = [_contained(solver, _part(task, *cut), reason) for cut in pairwise(cuts)]
     solution = Solution.concat(parts, axis=STEPS)
     solution.refuse_nan()
     return solution
-
-
-def _answer(solver: Solver[Any], task: Task) -> Solution:
-    try:
-        solution = solver.solve(task)
-        if not isinstance(solution, Solution):
-            raise MalformedError(f"solve: expected a Solution, got {in_kind(solution)}")
-    except NO_ANSWER as error:
-        return Solution.lost(task, error.reason)
-    # What the method has not computed itself; a body of revolution pressed onto a plane touches it
-    # in a circle.
-    geometry, dragged = task.geometry, _DRAGGED & set(task.scene.physics)
-    is_round = isinstance(geometry, IndenterGeometry) and geometry.indenter.axisymmetric
-    on_plane = not isinstance(geometry, BodyGeometry) or geometry.flat_surface
-    is_round = is_round and on_plane and not dragged
-    solution.quantities.update(derived(solution.quantities, task.scene, is_round=is_round))
-    return solution
-
-
-def _cuts(task: Task, span: float) -> list[int]:
-    """Return the load steps at which a new span begins, and their number at the end."""
-    steps = len(task.loads.values)
-    geometry = task.geometry
-    if not isinstance(geometry, IndenterGeometry) or len(geometry.contact_radii) != steps:
-        return [0, steps]
-    radii, cuts = geometry.contact_radii, [steps]
-    largest = radii[-1]
-    for step in range(steps - 2, -1, -1):
-        # A load without an estimate (NaN) is a span of its own.
-        if not radii[step] * span >= largest:
-            cuts.append(step + 1)
-            largest = radii[step]
-    return [0, *reversed(cuts)]
 
 
 def _part(task: Task, start: int, end: int) -> Task:
@@ -120,7 +99,19 @@ def _contained(solver: Solver[Any], task: Task, reason: Callable[[Exception], st
     if unreached:
         return Solution.lost(task, f"no contact can be estimated: {unreached[0]}")
     try:
-        return _answer(solver, task)
+        solution = solver.solve(task)
+        if not isinstance(solution, Solution):
+            raise MalformedError(f"solve: expected a Solution, got {in_kind(solution)}")
+        # What the method has not computed itself; a body of revolution pressed onto a plane
+        # touches it in a circle.
+        geometry, dragged = task.geometry, _DRAGGED & set(task.scene.physics)
+        is_round = isinstance(geometry, IndenterGeometry) and geometry.indenter.axisymmetric
+        on_plane = not isinstance(geometry, BodyGeometry) or geometry.flat_surface
+        is_round = is_round and on_plane and not dragged
+        solution.quantities.update(derived(solution.quantities, task.scene, is_round=is_round))
+        return solution
+    except NO_ANSWER as error:
+        return Solution.lost(task, error.reason)
     except Exception as error:  # the other loads carry on
         message = reason(error)
     if steps == 1 or task.loads.is_path:  # the rest of a path cannot begin anew

@@ -23,6 +23,7 @@ from comparisons.methods.normal.grid import Grid, make_grid
 from comparisons.methods.normal.reduced import ProfileSolver, line_picture
 from comparisons.methods.normal.reduced_lines import LineSolver
 from comparisons.methods.solver import Refused, needed
+from comparisons.scene.indenters.indenter import Indenter
 from comparisons.scene.physics.absolute_loads import AbsoluteLoads, loads_of
 from comparisons.scene.physics.tables.viscoelastic import Viscoelastic
 from comparisons.scene.scene import Scene
@@ -424,32 +425,30 @@ class GridSliding(HalfSpaceGrid):
 
     def rows(self, task: Task) -> Iterator[Row]:
         """Yield each realisation; an indenter's grids are made for each speed."""
+        geometry, load = task.geometry, reference_loads.Load(*normal_load(task))
+
+        def of_shape(indenter: Indenter, speeds: np.ndarray) -> Iterator[Step]:
+            gap, reach = indenter.gap, indenter.reach
+            for speed in map(float, speeds):
+                depth = window_depth(gap, reach, self.material, speed, load)
+                window = reach(depth), self.material, speed, 2 * task.resolution
+                yield _step(slide_shape(gap, *window, load), speed)
+
+        def of_surface(grid: Grid, speeds: np.ndarray) -> Iterator[Step]:
+            mask = None  # the contact starts from the one at the speed before
+            for speed in map(float, speeds):
+                operator = Travelling(
+                    grid.gap.shape, grid.spacing, self.material, speed, periodic=geometry.periodic
+                )
+                state = slide_on_rubber(operator, grid.gap, load, start=mask)
+                mask = state.mask
+                yield _step(state, speed)
+
         for realisation in task.realisations:
-            if isinstance(task.geometry, IndenterGeometry):
-                yield Row(partial(self._shape_steps, task, task.geometry))
+            if isinstance(geometry, IndenterGeometry):
+                yield Row(partial(of_shape, geometry.indenter))
             else:
-                grid = make_grid(task.geometry, task.resolution, realisation)
-                yield Row(partial(self._surface_steps, task, grid))
-
-    def _shape_steps(
-        self, task: Task, geometry: IndenterGeometry, speeds: np.ndarray
-    ) -> Iterator[Step]:
-        load = reference_loads.Load(*normal_load(task))
-        gap, reach = geometry.indenter.gap, geometry.indenter.reach
-        for speed in map(float, speeds):
-            depth = window_depth(gap, reach, self.material, speed, load)
-            window = reach(depth), self.material, speed, 2 * task.resolution
-            yield _step(slide_shape(gap, *window, load), speed)
-
-    def _surface_steps(self, task: Task, grid: Grid, speeds: np.ndarray) -> Iterator[Step]:
-        """Yield the speeds; a surface's contact starts from the one at the speed before."""
-        load, mask = reference_loads.Load(*normal_load(task)), None
-        where, periodic = (grid.gap.shape, grid.spacing, self.material), task.geometry.periodic
-        for speed in map(float, speeds):
-            operator = Travelling(*where, speed, periodic=periodic)
-            state = slide_on_rubber(operator, grid.gap, load, start=mask)
-            mask = state.mask
-            yield _step(state, speed)
+                yield Row(partial(of_surface, make_grid(geometry, task.resolution, realisation)))
 
 
 def _step(state: SlidingContact, speed: float) -> Step:

@@ -114,6 +114,19 @@ class ReducedWear(ProfileSolver):
         load = Load(*normal_load(task))
         states = worn_springs.wear(body, self.modulus, load, self.coefficient, distances, swing)
         shapes: list[np.ndarray] = []
+
+        def picture() -> dict[str, np.ndarray]:
+            if not isinstance(body, RoundBody):
+                half = body.places // 2
+                x = (np.arange(half) + 0.5) * body.spacing
+                line = -body.line(np.zeros(body.places)).single()[half:]
+                return worn_picture(x, [line, *(line + lost[half:] for lost in shapes)])
+            section = self.profile.section
+            assert section is not None
+            r = body.rings.radii
+            shape = np.asarray(section.height(np.minimum(r, section.edge)), dtype=float)
+            return worn_picture(r, [shape, *(shape + lost for lost in shapes)])
+
         for state in states:
             shapes.append(state.worn)
             length = float(state.contact.contact_length[0, 0])
@@ -122,20 +135,8 @@ class ReducedWear(ProfileSolver):
                 | {"contact_length": length, "equivalent_radius": length / 2},
                 unknowns=body.places,
                 iterations=state.steps,
-                fields=partial(self._picture, body, shapes),
+                fields=picture,
             )
-
-    def _picture(self, body: WearingBody, worn: list[np.ndarray]) -> dict[str, np.ndarray]:
-        if not isinstance(body, RoundBody):
-            half = body.places // 2
-            x = (np.arange(half) + 0.5) * body.spacing
-            line = -body.line(np.zeros(body.places)).single()[half:]
-            return worn_picture(x, [line, *(line + lost[half:] for lost in worn)])
-        section = self.profile.section
-        assert section is not None
-        r = body.rings.radii
-        shape = np.asarray(section.height(np.minimum(r, section.edge)), dtype=float)
-        return worn_picture(r, [shape, *(shape + lost for lost in worn)])
 
 
 class ReducedFretting(ReducedWear):
@@ -239,6 +240,18 @@ class GridWear(BemFft):
         load = reference_loads.Load(*normal_load(task))
         area = partial(areas.corrected_area, spacing=grid.spacing, periodic=operator.periodic)
         depths: list[np.ndarray] = []
+
+        def picture() -> dict[str, np.ndarray]:
+            """Return the worn section through the middle, or along a row of a rough surface."""
+            x, _ = grid.centres
+            middle = grid.gap.shape[1] // 2
+            shape = grid.gap[:, middle]
+            inside = np.isfinite(shape)
+            place = x[inside, middle]
+            return worn_picture(
+                place, [shape[inside], *(shape[inside] + lost[inside] for lost in depths)]
+            )
+
         for state in wear(
             operator, grid.gap, load, self.coefficient, distances, swing, tolerance=self.tolerance
         ):
@@ -253,7 +266,7 @@ class GridWear(BemFft):
                 values,
                 iterations=state.iterations,
                 violation=state.contact.violation,
-                fields=partial(_section_picture, grid, depths),
+                fields=picture,
             )
 
 
@@ -261,17 +274,6 @@ class GridFretting(GridWear):
     """A shape that wears where it slips: in proportion to the gap that its stick circle leaves."""
 
     physics = FRETTING
-
-
-def _section_picture(grid: Grid, depths: list[np.ndarray]) -> dict[str, np.ndarray]:
-    """Return the worn section through the middle, or along a row of a rough surface."""
-    x, _ = grid.centres
-    middle = grid.gap.shape[1] // 2
-    shape = grid.gap[:, middle]
-    inside = np.isfinite(shape)
-    place = x[inside, middle]
-    shapes = [shape[inside], *(shape[inside] + lost[inside] for lost in depths)]
-    return worn_picture(place, shapes)
 
 
 # From this k E* s/b on the series is exact to far less than any tolerance.

@@ -86,11 +86,17 @@ def shown(fields: Fields, *, all_of_them: bool = False) -> dict[str, np.ndarray]
     if all_of_them:
         return drawn
     unseen = UNSEEN + (BODY if "heights" in fields else ())
-    return {
-        name: _coarse(values) if name in COLOURED else values
-        for name, values in drawn.items()
-        if name not in unseen
-    }
+    kept = {name: values for name, values in drawn.items() if name not in unseen}
+    for name in kept.keys() & set(COLOURED):
+        values = kept[name]
+        if values.dtype != np.float32 or not values.size:
+            continue
+        width = float(np.nanmax(values)) - float(np.nanmin(values))
+        if np.isfinite(width) and width > 0:
+            # steps of a power of two take less room
+            step = np.exp2(np.floor(np.log2(width / 4096)))
+            kept[name] = (np.round(values / step) * step).astype(np.float32)
+    return kept
 
 
 def _single(values: np.ndarray) -> np.ndarray:
@@ -99,17 +105,6 @@ def _single(values: np.ndarray) -> np.ndarray:
         return values
     largest = np.max(np.abs(values), where=np.isfinite(values), initial=0.0)
     return values.astype(np.float32) if largest == 0 or 1e-30 < largest < 1e37 else values
-
-
-def _coarse(values: np.ndarray) -> np.ndarray:
-    """Return numbers in steps of a power of two, some 4000 in their range: they take less room."""
-    if values.dtype != np.float32 or not values.size:
-        return values
-    width = float(np.nanmax(values)) - float(np.nanmin(values))
-    if not np.isfinite(width) or width == 0:
-        return values
-    step = np.exp2(np.floor(np.log2(width / 4096)))
-    return (np.round(values / step) * step).astype(np.float32)
 
 
 def stored_steps(fields: Fields) -> list[int]:

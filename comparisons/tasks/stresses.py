@@ -60,39 +60,35 @@ def pressure_quantities(
         bar = _OF_PEAK * (1 - float(fewer.max()) / peak)
     values = {"pressure_peak": Known(peak, bar)}
     if uniform and names - {"pressure_peak"}:
-        below = _below_points if at_points else _below_cells
-        values |= dict(zip(_STRESSES, below(scene, fields), strict=True))
+        if at_points:
+            # each with what the cells leave
+            coarse, fine = (_on_cells(fields, number) for number in (_CELLS // 2, _CELLS))
+            before, found = (largest_below(*laid, scene.poisson_ratio) for laid in (coarse, fine))
+            most, cell = np.array(found), min(fine[1])
+            deep = np.repeat([found.shear_depth, found.von_mises_depth], 2)
+            steep = (cell / np.maximum(deep, cell / 2)) ** 2
+            left = np.array([_OF_STRESS, _OF_DEPTH] * 2) * steep
+            left += [0, DEPTH_DIGITS, 0, DEPTH_DIGITS]
+            # of a depth at the surface the change has no scale: its bar is not known
+            ratio = np.divide(np.array(before), most, out=np.full(4, np.nan), where=most > 0)
+            bars = (_CHANGES * np.abs(ratio - 1) + left).tolist()
+        else:
+            x, y, cells = (
+                np.reshape(fields[f"pressure{end}"], fields["pressure_shape"])
+                for end in ("_x", "_y", "")
+            )
+            spacing = float(x[1, 0] - x[0, 0]), float(y[0, 1] - y[0, 0])
+            stress = None
+            if scene.surface is not None and scene.surface.periodic:
+                body = Stack([], [], Material(1.0, scene.poisson_ratio))
+
+                def stress(depth: float) -> np.ndarray:
+                    (field,) = inside(body, cells, spacing, [depth])
+                    return field.stress
+
+            found, bars = largest_below(cells, spacing, scene.poisson_ratio, stress), [0.0] * 4
+        values |= dict(zip(_STRESSES, map(Known, found, bars), strict=True))
     return {name: value for name, value in values.items() if name in names}
-
-
-def _below_cells(scene: Scene, fields: Mapping[str, np.ndarray]) -> list[Known]:
-    """Return the largest stresses and their depths below a pressure on cells of its own."""
-    x, y, cells = (
-        np.reshape(fields[f"pressure{end}"], fields["pressure_shape"]) for end in ("_x", "_y", "")
-    )
-    spacing = float(x[1, 0] - x[0, 0]), float(y[0, 1] - y[0, 0])
-    nu, stress = scene.poisson_ratio, None
-    if scene.surface is not None and scene.surface.periodic:
-        body = Stack([], [], Material(1.0, nu))
-
-        def stress(depth: float) -> np.ndarray:
-            (field,) = inside(body, cells, spacing, [depth])
-            return field.stress
-
-    return [Known(value) for value in largest_below(cells, spacing, nu, stress)]
-
-
-def _below_points(scene: Scene, fields: Mapping[str, np.ndarray]) -> list[Known]:
-    """Return the same of a pressure at points, each with what the cells leave."""
-    coarse, fine = (_on_cells(fields, number) for number in (_CELLS // 2, _CELLS))
-    before, found = (largest_below(*laid, scene.poisson_ratio) for laid in (coarse, fine))
-    most, cell = np.array(found), min(fine[1])
-    deep = np.repeat([found.shear_depth, found.von_mises_depth], 2)
-    steep = (cell / np.maximum(deep, cell / 2)) ** 2
-    left = np.array([_OF_STRESS, _OF_DEPTH] * 2) * steep + [0, DEPTH_DIGITS, 0, DEPTH_DIGITS]
-    # of a depth at the surface the change has no scale: its bar is not known
-    ratio = np.divide(np.array(before), most, out=np.full(4, np.nan), where=most > 0)
-    return list(map(Known, most.tolist(), (_CHANGES * np.abs(ratio - 1) + left).tolist()))
 
 
 def _on_cells(

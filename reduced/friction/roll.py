@@ -27,7 +27,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike
 
-from reduced.arguments import positive_faults, refuse
+from reduced.errors import positive_faults, refuse
 from reduced.friction.slide import Friction
 from reduced.loads import Load
 from reduced.profiles.section import bisect

@@ -24,7 +24,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from reduced.arguments import poisson_faults, positive_faults, refuse
+from reduced.errors import poisson_faults, positive_faults, refuse
 from reduced.loads import Load, LoadPath
 from reduced.rough.press import RoughLines, press
 from reduced.springs.indent import indent

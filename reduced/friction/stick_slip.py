@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from reduced.arguments import positive_faults, refuse
+from reduced.errors import positive_faults, refuse
 from reduced.friction.slide import Friction
 from reduced.loads import LoadPath
 

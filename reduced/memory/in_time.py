@@ -18,8 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from reduced.arguments import count_faults, positive_faults, refuse
-from reduced.errors import ConvergenceError
+from reduced.errors import ConvergenceError, count_faults, positive_faults, refuse
 from reduced.loads import Load, LoadPath
 from reduced.memory.materials import Prony, contact_modulus
 from reduced.memory.row import RelaxingSprings, SpringRow

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import nnls
 
-from reduced.arguments import poisson_faults, positive_faults, refuse
+from reduced.errors import poisson_faults, positive_faults, refuse
 
 _HALVINGS = 200  # an interval in logarithms reaches rounding after about 60 bisections
 _ROUNDING = 1e-12  # fraction of a datum that least squares cannot resolve

@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from reduced.arguments import poisson_faults, positive_faults, refuse
+from reduced.errors import poisson_faults, positive_faults, refuse
 from reduced.memory.materials import Prony, contact_modulus
 from reduced.profiles.section import Profile
 from reduced.springs.line import row_faults

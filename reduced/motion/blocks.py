@@ -19,8 +19,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike
 
-from reduced.arguments import choice_faults, positive_faults, refuse
-from reduced.errors import ConvergenceError
+from reduced.errors import ConvergenceError, choice_faults, positive_faults, refuse
 from reduced.motion.course import Stepping
 
 # Real stability limits: the largest h |lambda| on v' = -|lambda| v.

@@ -13,7 +13,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike
 
-from reduced.arguments import (
+from reduced.errors import (
+    ConvergenceError,
     choice_faults,
     count_faults,
     finite_faults,
@@ -21,7 +22,6 @@ from reduced.arguments import (
     positive_faults,
     refuse,
 )
-from reduced.errors import ConvergenceError
 from reduced.motion.elastic_impact import SpringContact
 from reduced.profiles.quadrature import gauss_legendre
 from reduced.springs.line import SmoothLine, respond

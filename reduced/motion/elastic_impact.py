@@ -8,8 +8,13 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from reduced.arguments import increasing_faults, nonnegative_faults, positive_faults, refuse
-from reduced.errors import ConvergenceError
+from reduced.errors import (
+    ConvergenceError,
+    increasing_faults,
+    nonnegative_faults,
+    positive_faults,
+    refuse,
+)
 from reduced.profiles.quadrature import gauss_legendre
 from reduced.profiles.section import Profile
 from reduced.springs.indent import fall

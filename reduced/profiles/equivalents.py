@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.special import poch
 
-from reduced.arguments import positive_faults, refuse
+from reduced.errors import positive_faults, refuse
 from reduced.profiles.section import Profile, Section
 from reduced.profiles.table import tabulated
 from reduced.profiles.transform import from_function, inverse_transform

@@ -7,7 +7,7 @@ from numba import njit
 from scipy.interpolate import PchipInterpolator, PPoly
 from scipy.special import elliprf
 
-from reduced.arguments import choice_faults, refuse
+from reduced.errors import choice_faults, refuse
 from reduced.profiles.quadrature import double_exponential, gauss_legendre
 from reduced.profiles.section import Profile, Section
 

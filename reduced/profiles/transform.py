@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import beta
 
-from reduced.arguments import refuse
+from reduced.errors import refuse
 from reduced.profiles.quadrature import integrate_panels
 from reduced.profiles.section import Curve, Profile, Section
 

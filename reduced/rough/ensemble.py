@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from reduced.arguments import count_faults, refuse
+from reduced.errors import count_faults, refuse
 from reduced.loads import Load
 from reduced.rough.line_spectrum import LineSpectrum, synthesise
 from reduced.rough.press import LineContact, RoughLines, press

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.fft
 
-from reduced.arguments import choice_faults, positive_faults, refuse
+from reduced.errors import choice_faults, positive_faults, refuse
 from reduced.rough.surface_spectrum import (
     ROUNDING,
     Grid,

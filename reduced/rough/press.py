@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reduced.arguments import choice_faults, count_faults, positive_faults, refuse
-from reduced.errors import ConvergenceError
+from reduced.errors import ConvergenceError, choice_faults, count_faults, positive_faults, refuse
 from reduced.loads import EDGES, Load
 from reduced.rough import inversion
 from reduced.rough.walk import Ends

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reduced.arguments import choice_faults, positive_faults, refuse
+from reduced.errors import choice_faults, positive_faults, refuse
 from reduced.loads import EDGES
 from reduced.rough.press import RoughLines
 

@@ -15,7 +15,7 @@ import numpy as np
 import scipy.fft
 from numpy.typing import ArrayLike
 
-from reduced.arguments import count_faults, positive_faults, refuse
+from reduced.errors import count_faults, positive_faults, refuse
 
 # Relative rounding of |q| L/(2 pi): modes this close to a limit count as on it. Sides come from
 # files, some in single precision (6e-8). On a square the modes next to a limit k + 1/2 are 1/(8 k)

@@ -29,8 +29,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from reduced.arguments import count_faults, positive_faults, refuse
-from reduced.errors import ConvergenceError
+from reduced.errors import ConvergenceError, count_faults, positive_faults, refuse
 from reduced.loads import Load
 from reduced.memory.materials import Prony
 from reduced.rough.press import RoughLines, press

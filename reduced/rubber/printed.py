@@ -11,8 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from reduced.arguments import positive_faults, refuse
-from reduced.errors import ConvergenceError
+from reduced.errors import ConvergenceError, positive_faults, refuse
 from reduced.memory.materials import Prony
 from reduced.rough.press import RoughLines
 from reduced.rubber.steady import kelvin_voigt_faults

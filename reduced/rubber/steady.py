@@ -20,8 +20,7 @@ from numba import njit
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
-from reduced.arguments import refuse
-from reduced.errors import ConvergenceError
+from reduced.errors import ConvergenceError, refuse
 from reduced.loads import LoadPath
 from reduced.memory.materials import Prony
 from reduced.memory.row import catch, law_of, let_go, recover

@@ -29,7 +29,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import gamma
 
-from reduced.arguments import poisson_faults, positive_faults, refuse
+from reduced.errors import poisson_faults, positive_faults, refuse
 from reduced.profiles.section import Profile, Section
 from reduced.profiles.transform import weighted
 

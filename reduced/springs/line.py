@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from reduced.arguments import choice_faults, count_faults, positive_faults, refuse
+from reduced.errors import choice_faults, count_faults, positive_faults, refuse
 from reduced.loads import EDGES
 from reduced.profiles.quadrature import gauss_legendre
 from reduced.profiles.section import Profile

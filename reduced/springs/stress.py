@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from reduced.arguments import positive_faults, refuse
+from reduced.errors import positive_faults, refuse
 from reduced.profiles.quadrature import integrate_panels
 from reduced.profiles.section import Profile
 

@@ -15,13 +15,13 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from reference.arguments import count_faults, positive_faults, refuse
 from reference.bounds.dirichlet import Prisms, fan, shells_about
 from reference.bounds.duality import Fan, energy_above, energy_below, towards_edge
 from reference.bounds.interval import EPSILON, Interval, above, below
 from reference.bounds.outlines import Outline, circle, dihedral
 from reference.bounds.quadrangles import gauss_points
 from reference.closed_form.shapes import ellipsoid
+from reference.errors import count_faults, positive_faults, refuse
 
 Array = NDArray[np.float64]
 Gap = Callable[[Array, Array], Array]

@@ -27,12 +27,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator, cg
 
-from reference.arguments import count_faults, positive_faults, refuse
 from reference.bounds.ellipses import ellipses_below
 from reference.bounds.interval import EPSILON, Interval, above, below, inverse
 from reference.bounds.potentials import Expansion, GridPotential
 from reference.bounds.trigonometric import Waves, levelled
 from reference.contact.press import press
+from reference.errors import count_faults, positive_faults, refuse
 from reference.halfspace import FreeOperator
 from reference.loads import Load
 

@@ -26,10 +26,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft as transforms
 
-from reference.arguments import count_faults, positive_faults, refuse
 from reference.bounds.interval import EPSILON, Interval, above, below, inverse
 from reference.bounds.trigonometric import Waves, least_on_cells, levelled, transform_rounding
 from reference.contact.press import press
+from reference.errors import count_faults, positive_faults, refuse
 from reference.halfspace import Contact, PeriodicOperator
 from reference.halfspace.kernels import cell_energies, wavenumbers
 from reference.loads import Load

@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from reference.arguments import positive_faults, refuse
+from reference.errors import positive_faults, refuse
 
 Array = NDArray[np.float64]
 Law = Callable[[Array], Array]

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from reference.arguments import finite_faults, poisson_faults, positive_faults, refuse
 from reference.closed_form.form import Array, checked_load, keep_positive, require_positive
+from reference.errors import finite_faults, poisson_faults, positive_faults, refuse
 
 
 def boussinesq(force: float, distance: ArrayLike, effective_modulus: float) -> Any:

@@ -26,9 +26,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ellipe, ellipk
 
-from reference.arguments import poisson_faults, refuse
 from reference.closed_form.form import Array, ClosedForm, keep_positive, require_positive
 from reference.closed_form.numerics import gauss_rule
+from reference.errors import poisson_faults, refuse
 
 # A reversal smaller than the friction by this factor is below the rounding of the forces.
 _ROUNDING = 16 * np.finfo(float).eps

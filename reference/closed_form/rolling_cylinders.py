@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import ive, kve
 
-from reference.arguments import positive_faults, refuse
+from reference.errors import positive_faults, refuse
 
 Array = NDArray[np.float64]
 

@@ -34,10 +34,10 @@ from scipy.interpolate import CubicSpline, PchipInterpolator, PPoly
 from scipy.optimize import brentq
 from scipy.special import erf, exp1, gamma, ndtr, pbdv
 
-from reference.arguments import positive_faults, refuse
 from reference.closed_form.form import checked_load, require_positive
 from reference.closed_form.numerics import gauss_rule
 from reference.closed_form.shapes import ellipsoid
+from reference.errors import positive_faults, refuse
 
 Array = NDArray[np.float64]
 

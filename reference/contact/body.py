@@ -27,8 +27,8 @@ from numba import njit
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 from scipy import fft
 
-from reference.arguments import positive_faults, refuse, spacing_faults
 from reference.contact import pieces
+from reference.errors import positive_faults, refuse, spacing_faults
 
 Array = NDArray[np.floating]
 Field = NDArray[np.float64]

@@ -15,11 +15,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from reference.arguments import choice_faults, refuse
 from reference.contact.body import LARGEST_KEPT, Convolution, ElasticBody
 from reference.contact.descent import descend
 from reference.contact.pivot import TabulatedCells, pivot
-from reference.errors import ConvergenceError
+from reference.errors import ConvergenceError, choice_faults, refuse
 from reference.loads import Load
 
 Field = NDArray[np.float64]

@@ -16,8 +16,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from reference.arguments import positive_faults, refuse
-from reference.errors import ConvergenceError
+from reference.errors import ConvergenceError, positive_faults, refuse
 
 Array = NDArray[np.float64]
 

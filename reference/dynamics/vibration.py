@@ -16,10 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
-from reference.arguments import finite_faults, positive_faults, refuse
 from reference.closed_form.form import ClosedForm, require_positive
 from reference.dynamics.collision import work
-from reference.errors import ConvergenceError
+from reference.errors import ConvergenceError, finite_faults, positive_faults, refuse
 
 Array = NDArray[np.float64]
 Rates = Callable[[float, Array], Sequence[float]]

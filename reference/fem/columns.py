@@ -52,8 +52,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from reference.arguments import choice_faults, positive_faults, refuse
 from reference.elasticity import Material
+from reference.errors import choice_faults, positive_faults, refuse
 
 Array = NDArray[np.float64]
 Element = Literal["linear", "splines", "quadratic"]

@@ -19,7 +19,6 @@ from scipy.linalg import cho_factor, cho_solve
 from skfem import MeshTet
 from skfem.element import ElementHex1, ElementHex2
 
-from reference.arguments import choice_faults, refuse
 from reference.elasticity import (
     LARGEST_POISSON_RATIO,
     Material,
@@ -27,6 +26,7 @@ from reference.elasticity import (
     largest_shear,
     von_mises,
 )
+from reference.errors import choice_faults, refuse
 from reference.fem import pardiso
 from reference.fem.condensation import (
     Front,

@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import ellipk
 
-from reference.arguments import choice_faults, count_faults, positive_faults, refuse
 from reference.contact.pivot import pivot
-from reference.errors import ConvergenceError
+from reference.errors import ConvergenceError, choice_faults, count_faults, positive_faults, refuse
 from reference.fem.condensed_body import CondensedBody, DenseFlexibility
 from reference.fem.element_stiffness import facet_quadrature
 from reference.loads import LoadPath

@@ -30,12 +30,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from reference.arguments import choice_faults, refuse
 from reference.contact import press as unilateral
 from reference.contact.body import check_grid
 from reference.contact.press import Contact, assemble, check_gap
 from reference.elasticity import Material
-from reference.errors import ConvergenceError
+from reference.errors import ConvergenceError, choice_faults, refuse
 from reference.fem.columns import ELEMENTS, Element, Layers, compliance, tensor
 from reference.fem.contact import EXACT, Enforcement
 from reference.halfspace import kernels

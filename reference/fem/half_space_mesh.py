@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.integrate import cumulative_simpson
 from skfem import MeshHex, MeshHex2
 
-from reference.arguments import choice_faults, count_faults, positive_faults, refuse
+from reference.errors import choice_faults, count_faults, positive_faults, refuse
 from reference.fem.solid_mesh import KINDS, SolidMesh
 
 Array = NDArray[np.float64]

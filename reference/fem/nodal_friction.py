@@ -22,9 +22,8 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from reference.arguments import count_faults, positive_faults, refuse
 from reference.elasticity import LARGEST_POISSON_RATIO, Material
-from reference.errors import ConvergenceError
+from reference.errors import ConvergenceError, count_faults, positive_faults, refuse
 from reference.fem.condensation import condense, linear_system
 from reference.fem.element_stiffness import facet_nodes, stiffness_matrices
 from reference.fem.far_field import boussinesq, cerruti

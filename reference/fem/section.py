@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 from skfem.helpers import ddot, div, dot, sym_grad
 
-from reference.arguments import choice_faults, count_faults, refuse
 from reference.elasticity import LARGEST_POISSON_RATIO
+from reference.errors import choice_faults, count_faults, refuse
 from reference.fem.half_space_mesh import graded_lines
 
 Kind = Literal["axisymmetric", "plane"]

@@ -17,8 +17,7 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize_scalar
 from skfem.element import ElementQuad1, ElementQuad2
 
-from reference.arguments import choice_faults, refuse
-from reference.errors import ConvergenceError
+from reference.errors import ConvergenceError, choice_faults, refuse
 from reference.fem.condensed_body import CondensedBody
 from reference.fem.contact import (
     CONTROLS,

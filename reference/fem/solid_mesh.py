@@ -17,7 +17,7 @@ from scipy.sparse.csgraph import connected_components
 from skfem import MeshHex, MeshHex2, MeshTet, MeshTet2
 from skfem.quadrature import get_quadrature_tri
 
-from reference.arguments import refuse
+from reference.errors import refuse
 from reference.fem.element_stiffness import gauss_rule, gauss_square, simplex_points
 
 Array = NDArray[np.float64]

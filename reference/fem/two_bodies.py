@@ -20,8 +20,7 @@ from skfem import MeshTet
 from skfem.element import ElementQuad1, ElementQuad2
 from skfem.quadrature import get_quadrature_tri
 
-from reference.arguments import choice_faults, refuse
-from reference.errors import ConvergenceError
+from reference.errors import ConvergenceError, choice_faults, refuse
 from reference.fem.condensed_body import CondensedBody, DenseFlexibility
 from reference.fem.contact import NodalContact, press
 from reference.fem.element_stiffness import element_order, facet_quadrature

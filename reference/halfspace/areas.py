@@ -37,10 +37,10 @@ from scipy import special
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from reference.arguments import refuse, spacing_faults
 from reference.contact.body import ElasticBody
 from reference.contact.descent import descend
 from reference.contact.press import Contact
+from reference.errors import refuse, spacing_faults
 from reference.halfspace.punches import EDGE_COMPLIANCE, EDGE_OFFSET
 
 Mask = NDArray[np.bool_]

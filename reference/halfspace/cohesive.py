@@ -28,10 +28,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse.linalg import LinearOperator, minres
 
-from reference.arguments import positive_faults, refuse
 from reference.contact.body import ElasticBody
 from reference.contact.press import check_gap, effort_faults, press
-from reference.errors import ConvergenceError
+from reference.errors import ConvergenceError, positive_faults, refuse
 from reference.loads import Load
 
 Mask = NDArray[np.bool_]

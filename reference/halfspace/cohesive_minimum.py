@@ -20,10 +20,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import fft
 from scipy.optimize import minimize
 
-from reference.arguments import refuse
 from reference.contact.body import ElasticBody
 from reference.contact.press import check_gap
-from reference.errors import ConvergenceError
+from reference.errors import ConvergenceError, refuse
 from reference.halfspace.cohesive import CohesiveLaw
 from reference.halfspace.kernels import whole
 

@@ -22,10 +22,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from reference.arguments import positive_faults, refuse
 from reference.contact.body import ElasticBody
 from reference.contact.press import check_gap
-from reference.errors import ConvergenceError
+from reference.errors import ConvergenceError, positive_faults, refuse
 from reference.halfspace.punches import on_cells
 
 Field = NDArray[np.float64]

@@ -20,11 +20,10 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from reference.arguments import positive_faults, refuse
 from reference.contact import press as unilateral
 from reference.contact.press import Contact, check_gap, rectangle, violation
 from reference.contact.slide import Tractions, slide
-from reference.errors import ConvergenceError
+from reference.errors import ConvergenceError, positive_faults, refuse
 from reference.halfspace.traction import NormalAndTangential
 from reference.loads import Load, LoadPath
 

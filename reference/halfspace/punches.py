@@ -22,10 +22,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from reference.arguments import refuse
 from reference.contact.body import ElasticBody
 from reference.contact.pivot import pairs
-from reference.errors import ConvergenceError
+from reference.errors import ConvergenceError, refuse
 from reference.halfspace import kernels
 from reference.halfspace.kernels import FreeOperator
 

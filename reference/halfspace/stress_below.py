@@ -22,8 +22,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import fft
 from scipy.optimize import minimize_scalar
 
-from reference.arguments import poisson_faults, positive_faults, refuse, spacing_faults
 from reference.elasticity import largest_shear, von_mises
+from reference.errors import poisson_faults, positive_faults, refuse, spacing_faults
 
 Array = NDArray[np.float64]
 

@@ -23,8 +23,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import fft
 
-from reference.arguments import poisson_faults, positive_faults, refuse
 from reference.contact.body import ElasticBody, power_of_two, window
+from reference.errors import poisson_faults, positive_faults, refuse
 from reference.halfspace import kernels
 from reference.halfspace.kernels import FreeOperator, PeriodicOperator
 

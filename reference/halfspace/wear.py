@@ -12,10 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from reference.arguments import positive_faults, refuse
 from reference.contact.body import ElasticBody
 from reference.contact.press import Contact, check_gap, press
-from reference.errors import ConvergenceError
+from reference.errors import ConvergenceError, positive_faults, refuse
 from reference.loads import Load
 
 Field = NDArray[np.float64]

@@ -26,9 +26,8 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.special import beta, eval_legendre, spherical_jn
 
-from reference.arguments import choice_faults, positive_faults, refuse
 from reference.closed_form.numerics import gauss_rule
-from reference.errors import ConvergenceError
+from reference.errors import ConvergenceError, choice_faults, positive_faults, refuse
 from reference.layered.stack import Graded, Stack
 
 Array = NDArray[np.float64]

@@ -47,8 +47,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 from scipy.special import gamma
 
-from reference.arguments import positive_faults, refuse
 from reference.elasticity import Material
+from reference.errors import positive_faults, refuse
 
 Array = NDArray[np.float64]
 

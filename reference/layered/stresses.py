@@ -21,8 +21,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import fft
 
-from reference.arguments import refuse, spacing_faults
 from reference.elasticity import Material, von_mises
+from reference.errors import refuse, spacing_faults
 from reference.halfspace import kernels
 from reference.layered.stack import Stack, half_space, through
 

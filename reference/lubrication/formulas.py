@@ -41,7 +41,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
-from reference.arguments import positive_faults, refuse
+from reference.errors import positive_faults, refuse
 
 CYLINDER = 4.894968493913368
 HALF_SOMMERFELD = 24 / 5 * np.pi / np.sqrt(2)

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import Akima1DInterpolator
 
-from reference.arguments import count_faults, positive_faults, refuse
-from reference.errors import ConvergenceError
+from reference.errors import ConvergenceError, count_faults, positive_faults, refuse
 from reference.lubrication import formulas
 from reference.lubrication.loaded import BentSurface, LoadedFilm
 from reference.lubrication.reynolds import (

@@ -24,8 +24,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import SuperLU, splu
 
-from reference.arguments import count_faults, refuse
-from reference.errors import ConvergenceError
+from reference.errors import ConvergenceError, count_faults, refuse
 
 Field = NDArray[np.float64]
 

@@ -25,8 +25,7 @@ from scipy import sparse
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 from scipy.sparse.linalg import splu
 
-from reference.arguments import refuse, spacing_faults
-from reference.errors import ConvergenceError
+from reference.errors import ConvergenceError, refuse, spacing_faults
 
 Field = NDArray[np.float64]
 Mask = NDArray[np.bool_]

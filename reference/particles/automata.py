@@ -42,8 +42,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from reference.arguments import poisson_faults, positive_faults, refuse
 from reference.contact import pieces
+from reference.errors import poisson_faults, positive_faults, refuse
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int32]

@@ -22,7 +22,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from reference.arguments import positive_faults, refuse
+from reference.errors import positive_faults, refuse
 from reference.particles.automata import ENTRIES, LAYER, VOLUME
 
 Floats = NDArray[np.float64]

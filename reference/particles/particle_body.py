@@ -21,9 +21,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from reference.arguments import positive_faults, refuse
 from reference.elasticity import von_mises
-from reference.errors import ConvergenceError
+from reference.errors import ConvergenceError, positive_faults, refuse
 from reference.fem.far_field import boussinesq
 from reference.loads import Load
 from reference.particles.automata import (

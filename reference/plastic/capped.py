@@ -19,9 +19,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from reference.arguments import positive_faults, refuse
 from reference.contact.body import ElasticBody
 from reference.contact.press import Contact, check_gap, press
+from reference.errors import positive_faults, refuse
 from reference.loads import Load, LoadPath
 
 Field = NDArray[np.float64]

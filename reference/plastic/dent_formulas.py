@@ -20,8 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from reference.arguments import poisson_faults, refuse
 from reference.elasticity import von_mises
+from reference.errors import poisson_faults, refuse
 from reference.fem.far_field import boussinesq
 
 Array = NDArray[np.float64]

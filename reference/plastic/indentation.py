@@ -15,9 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from reference.arguments import count_faults, positive_faults, refuse
 from reference.elasticity import von_mises
-from reference.errors import ConvergenceError
+from reference.errors import ConvergenceError, count_faults, positive_faults, refuse
 from reference.loads import LoadPath
 from reference.plastic.elements import Elements
 from reference.plastic.j2 import PlasticMaterial, Points, respond

@@ -12,9 +12,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from reference.arguments import choice_faults, refuse
 from reference.elasticity import Material
-from reference.errors import ConvergenceError
+from reference.errors import ConvergenceError, choice_faults, refuse
 
 Array = NDArray[np.float64]
 Law = Literal["linear", "power"]

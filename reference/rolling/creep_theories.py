@@ -30,7 +30,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from reference.arguments import count_faults, poisson_faults, positive_faults, refuse
+from reference.errors import count_faults, poisson_faults, positive_faults, refuse
 from reference.halfspace.traction import Compliance, cell_integrals
 from reference.rolling.roll import Creep, TangentialSurface, Upstream, rigid_slip, steady
 

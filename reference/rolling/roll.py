@@ -37,10 +37,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft as transforms
 
-from reference.arguments import finite_faults, refuse
 from reference.contact.press import Contact, press
 from reference.contact.slide import Tractions, slide
-from reference.errors import ConvergenceError
+from reference.errors import ConvergenceError, finite_faults, refuse
 from reference.halfspace.friction import FrictionalGrid, FrictionalPress, alternate
 from reference.halfspace.traction import Compliance, NormalAndTangential, tensor_product
 from reference.loads import Load

@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import fft
 
-from reference.arguments import count_faults, positive_faults, refuse
 from reference.elasticity import Material
+from reference.errors import count_faults, positive_faults, refuse
 from reference.fem.columns import Element
 from reference.fem.grid_body import beyond_cells
 from reference.halfspace.traction import Compliance

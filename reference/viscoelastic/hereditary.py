@@ -40,10 +40,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from reference.arguments import poisson_faults, refuse
 from reference.closed_form.form import ClosedForm, require_positive
 from reference.closed_form.numerics import gauss_rule
-from reference.errors import ConvergenceError
+from reference.errors import ConvergenceError, poisson_faults, refuse
 from reference.loads import History
 from reference.viscoelastic.materials import GeneralisedMaxwell
 

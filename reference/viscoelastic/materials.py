@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
-from reference.arguments import refuse
+from reference.errors import refuse
 
 Array = NDArray[np.float64]
 

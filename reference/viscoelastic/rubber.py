@@ -21,9 +21,8 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import lu_factor, lu_solve
 
-from reference.arguments import positive_faults, refuse
 from reference.contact.pivot import Pivoted, bordered, pivot
-from reference.errors import ConvergenceError
+from reference.errors import ConvergenceError, positive_faults, refuse
 from reference.loads import Load
 from reference.viscoelastic.materials import GeneralisedMaxwell
 from reference.viscoelastic.travelling import Travelling

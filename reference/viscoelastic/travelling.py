@@ -20,9 +20,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import fft
 
-from reference.arguments import positive_faults, refuse
 from reference.closed_form.numerics import gauss_rule
 from reference.contact.body import check_grid, check_pressure
+from reference.errors import positive_faults, refuse
 from reference.halfspace import kernels
 from reference.viscoelastic.materials import GeneralisedMaxwell
 

@@ -85,7 +85,22 @@ def read_heights(path: Path, surface: MeasuredMap) -> Heights:
 
 def cut(path: Path, surface: MeasuredMap) -> dict[str, Any]:
     """Open a file, check its points and return the crop: the fields of `Heights`."""
-    file = _opened(path, surface)
+    # Each format imports its optional library, in the process that reads.
+    from comparisons.geometry.map_files import hdf5, instruments, text, tiff
+
+    suffix = path.suffix.lower()
+    if suffix == ".npy":
+        file = text.open_npy(path, surface)
+    elif suffix in PLAIN_FORMATS:
+        file = text.open_table(path, surface)
+    elif suffix in HDF5_FORMATS:
+        file = hdf5.open_hdf5(path, surface)
+    elif text.is_xyz(path):
+        file = text.open_xyz(path, surface)
+    elif tiff.is_plain_tiff(path):
+        file = tiff.open_tiff(path, surface)
+    else:
+        file = instruments.open_instrument(path, surface)
     shape = tuple(int(points) for points in file.values.shape)
     problems = shape_problems(shape)
     if file.values.dtype.kind not in "iuf":
@@ -112,24 +127,6 @@ def cut(path: Path, surface: MeasuredMap) -> dict[str, Any]:
         "note": file.note,
         "holes_marked": file.holes_marked,
     }
-
-
-def _opened(path: Path, surface: MeasuredMap) -> HeightFile:
-    # Each format imports its optional library, in the process that reads.
-    from comparisons.geometry.map_files import hdf5, instruments, text, tiff
-
-    suffix = path.suffix.lower()
-    if suffix == ".npy":
-        return text.open_npy(path, surface)
-    if suffix in PLAIN_FORMATS:
-        return text.open_table(path, surface)
-    if suffix in HDF5_FORMATS:
-        return hdf5.open_hdf5(path, surface)
-    if text.is_xyz(path):
-        return text.open_xyz(path, surface)
-    if tiff.is_plain_tiff(path):
-        return tiff.open_tiff(path, surface)
-    return instruments.open_instrument(path, surface)
 
 
 def stated_problems(surface: MeasuredMap, what: str) -> list[str]:

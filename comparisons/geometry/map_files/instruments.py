@@ -91,22 +91,18 @@ def _unknown_format(path: Path, error: Exception) -> str:
     )
 
 
-def _is_height(info: Any) -> bool:
-    """Return whether a channel holds heights, by its declared type, unit and name."""
-    kind = getattr(getattr(info, "data_kind", None), "name", "HEIGHT")
-    return (
-        info.dim == 2
-        and kind == "HEIGHT"
-        and (info.unit is None or isinstance(info.unit, str))
-        and not _NOT_HEIGHT.search(info.name or "")
-    )
-
-
 def _choose_channel(path: Path, reader: Any, channel: str | None) -> tuple[int, str]:
     """Return the index of the channel to read, and a note on the choice."""
     channels = list(reader.channels)
     listing = ", ".join(f"{info.index} {info.name!r}" for info in channels)
-    heights = [i for i, info in enumerate(channels) if _is_height(info)]
+    heights = [  # by declared type, unit and name
+        i
+        for i, info in enumerate(channels)
+        if info.dim == 2
+        and getattr(getattr(info, "data_kind", None), "name", "HEIGHT") == "HEIGHT"
+        and (info.unit is None or isinstance(info.unit, str))
+        and not _NOT_HEIGHT.search(info.name or "")
+    ]
     if channel is None:
         default = reader.default_channel.index
         candidates = [default] if default in heights else heights

@@ -263,32 +263,30 @@ def layout_of(path: Path) -> NumberLayout:
     if len(sample) > 1 and len("\n".join(sample)) >= _SAMPLE - 2:
         sample.pop()  # cut off within the line
     data = [text for line in sample if (text := line.split("#", 1)[0].strip())]
-    delimiter, decimal_comma = _separation(data)
-    layout = NumberLayout(encoding, data[0] if data else "", 0, delimiter, decimal_comma)
-    header = next((i for i, line in enumerate(sample) if _all_numbers(layout.fields(line))), 0)
-    return NumberLayout(encoding, layout.first, header, delimiter, decimal_comma)
-
-
-def _separation(lines: list[str]) -> tuple[str | None, bool]:
-    """Return the delimiter, and whether commas are decimal signs."""
-    numeric = [line for line in lines if line[0].isdigit() or line[0] in "+-.,;\t"]
-    text = "\n".join(numeric or lines[:1])
-    for mark in (";", "\t", None):
-        if mark is not None and mark not in text:
+    numeric = [line for line in data if line[0].isdigit() or line[0] in "+-.,;\t"]
+    text = "\n".join(numeric or data[:1])
+    delimiter: str | None
+    for delimiter in (";", "\t", None):
+        if delimiter is not None and delimiter not in text:
             continue
-        if "," not in text:
-            return mark, False
-        fields = [field.strip() for line in numeric for field in line.split(mark)]
+        decimal_comma = "," in text
+        if not decimal_comma:
+            break
+        fields = [field.strip() for line in numeric for field in line.split(delimiter)]
         if all(_COMMA_NUMBER.fullmatch(field) for field in fields if field) and (
-            mark or len(fields) > len(numeric)
+            delimiter or len(fields) > len(numeric)
         ):
-            return mark, True
-        if mark is not None and re.search(r"\d,\d", text) and re.search(r"\d\.\d", text):
+            break
+        if delimiter is not None and re.search(r"\d,\d", text) and re.search(r"\d\.\d", text):
             raise FileError(
                 "numbers with both points and commas: one of them may be a decimal comma or "
                 "a mark of thousands; write decimal points only"
             )
-    return ",", False
+    else:
+        delimiter, decimal_comma = ",", False
+    layout = NumberLayout(encoding, data[0] if data else "", 0, delimiter, decimal_comma)
+    header = next((i for i, line in enumerate(sample) if _all_numbers(layout.fields(line))), 0)
+    return NumberLayout(encoding, layout.first, header, delimiter, decimal_comma)
 
 
 def _all_numbers(fields: list[str]) -> bool:

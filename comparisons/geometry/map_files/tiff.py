@@ -43,7 +43,20 @@ def open_tiff(path: Path, surface: MeasuredMap) -> HeightFile:
         if number not in map(str, range(pages)):
             raise FileError(f"has no page {number!r}, only {listing}")
         page = image.pages[int(number)]
-        problems = _page_problems(page) + stated_problems(surface, "a TIFF image")
+        kind = np.dtype(page.dtype or "V")
+        if page.samplesperpixel != 1 or page.photometric == 3 or page.colormap is not None:
+            problems = [
+                "a picture in colours, no map: export the heights themselves, as 32-bit TIFF"
+            ]
+        elif kind.kind not in "iuf" or kind.itemsize < 2:
+            problems = [
+                f"pixels of {8 * kind.itemsize} bits ({kind}) are a picture, no map: export the "
+                "heights themselves, as 32-bit TIFF"
+            ]
+        else:
+            points = int(np.prod(page.shape, dtype=object))
+            problems = shape_problems(page.shape) or memory_problems(points)
+        problems += stated_problems(surface, "a TIFF image")
         if problems:
             raise FileError(*problems)
         try:
@@ -52,10 +65,11 @@ def open_tiff(path: Path, surface: MeasuredMap) -> HeightFile:
             raise FileError(f"the pixels cannot be read ({shorten(error)})") from error
     assert surface.size is not None
     assert surface.height_unit is not None
-    kind = "" if pixels.dtype.kind == "f" else f", whole numbers ({pixels.dtype}) taken as heights"
+    whole = pixels.dtype.kind != "f"
+    taken = f", whole numbers ({pixels.dtype}) taken as heights" if whole else ""
     position = f"page {number} of " if pages > 1 else ""
     note = (
-        f"heights in {surface.height_unit} read from {position}{path.name}{kind}, x to the right, "
+        f"heights in {surface.height_unit} read from {position}{path.name}{taken}, x to the right, "
         "y upwards"
     )
     # The first line of an image is at the top.
@@ -72,15 +86,3 @@ def _image(path: Path) -> Any:
         return tifffile.TiffFile(path)
     except (tifffile.TiffFileError, OSError, ValueError, LookupError) as error:
         raise FileError(f"not a readable TIFF image ({shorten(error)})") from error
-
-
-def _page_problems(page: Any) -> list[str]:
-    kind = np.dtype(page.dtype or "V")
-    if page.samplesperpixel != 1 or page.photometric == 3 or page.colormap is not None:
-        return ["a picture in colours, no map: export the heights themselves, as 32-bit TIFF"]
-    if kind.kind not in "iuf" or kind.itemsize < 2:
-        return [
-            f"pixels of {8 * kind.itemsize} bits ({kind}) are a picture, no map: export the "
-            "heights themselves, as 32-bit TIFF"
-        ]
-    return shape_problems(page.shape) or memory_problems(int(np.prod(page.shape, dtype=object)))

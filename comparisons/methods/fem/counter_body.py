@@ -32,7 +32,7 @@ from comparisons.tasks.solution import Solution
 from comparisons.tasks.steps import NoAnswerError, Row, Step
 from comparisons.tasks.task import Task
 from reference import fem
-from reference.fem.two_bodies import BodyPair, couple
+from reference.fem.two_bodies import couple
 from reference.loads import Load
 
 # Cells of the grid per element along a contact radius: it covers the geometric overlap.
@@ -90,26 +90,25 @@ class FemPair(FemSolver[IndenterGeometry]):
             for cells, table in zip(_cells(task), tables, strict=True)
         ]
         pair = couple(*bodies, coupling=self.coupling)
-        yield Row(partial(self._steps, task, pair), unknowns=pair.combined.unknowns)
-
-    def _steps(
-        self, task: Task[IndenterGeometry], pair: BodyPair, loads: np.ndarray
-    ) -> Iterator[Step]:
         geometry, steps = task.geometry, len(task.loads.values)
-        for step in range(steps - len(loads), steps):
-            size = geometry.contact_radii[step] / geometry.contact_radius
-            if not size > 0.0:
-                raise NoAnswerError(geometry.unreached.get(step, "no estimate of its contact"))
-            scaled = pair.scaled(size)
-            load = Load(task.loads.control, task.loads.values[step])
-            (contact,) = scaled.press(self.indenter.gap, load)
-            body, area = scaled.combined, contact.contact_area
-            if self.indenter.axisymmetric:
-                area = round_area(body, contact)
-            gap = self.indenter.gap(*body.points.T)
-            # The fields in the half-space of the scene, on which the pressures live.
-            inside = partial(recovered, scaled.slave, scaled.forces(contact)[0])
-            yield contact_step(task, body, gap, contact, area, body_fields=inside)
+
+        def press(loads: np.ndarray) -> Iterator[Step]:
+            for step in range(steps - len(loads), steps):
+                size = geometry.contact_radii[step] / geometry.contact_radius
+                if not size > 0.0:
+                    raise NoAnswerError(geometry.unreached.get(step, "no estimate of its contact"))
+                scaled = pair.scaled(size)
+                load = Load(task.loads.control, task.loads.values[step])
+                (contact,) = scaled.press(self.indenter.gap, load)
+                body, area = scaled.combined, contact.contact_area
+                if self.indenter.axisymmetric:
+                    area = round_area(body, contact)
+                gap = self.indenter.gap(*body.points.T)
+                # The fields in the half-space of the scene, on which the pressures live.
+                inside = partial(recovered, scaled.slave, scaled.forces(contact)[0])
+                yield contact_step(task, body, gap, contact, area, body_fields=inside)
+
+        yield Row(press, unknowns=pair.combined.unknowns)
 
 
 def _cells(task: Task[IndenterGeometry]) -> tuple[int, int]:

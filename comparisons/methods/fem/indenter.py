@@ -144,20 +144,18 @@ class Fem(FemMesh[IndenterGeometry]):
         part = PARTS[sum(self.indenter.even)]
         fitted = "" if self.straight else ", scaled to each load"
         block = f"{part}a block of graded hexahedra around the contact{fitted}"
-        return f"{block}; {FAR}; {self._solution()}"
-
-    def _solution(self) -> str:
-        """Say what solves the equations, and from which size on another solver does."""
         chosen = self.solver
+        solved = f"condensed by {_direct(chosen).replace('_', ' ')}"
         if chosen == "conjugate_gradients":
-            return "solved by conjugate gradients"
-        if chosen == "automatic" and not solver_problem(self.scene, "conjugate_gradients"):
+            solved = "solved by conjugate gradients"
+        elif chosen == "automatic" and not solver_problem(self.scene, "conjugate_gradients"):
             if self._nearly_incompressible:
                 stiff = f"nu above {LARGEST_POISSON_ITERATED:g}: many steps for conjugate gradients"
-                return f"condensed by nested dissection ({stiff})"
-            most = f"{MOST_CONDENSED // 1000} 000 unknowns"
-            return f"condensed by nested dissection (above {most} solved by conjugate gradients)"
-        return f"condensed by {_direct(chosen).replace('_', ' ')}"
+                solved += f" ({stiff})"
+            else:
+                most = f"{MOST_CONDENSED // 1000} 000 unknowns"
+                solved += f" (above {most} solved by conjugate gradients)"
+        return f"{block}; {FAR}; {solved}"
 
     def _linear_solver(self, mesh: fem.RingMesh | fem.TensorMesh) -> str:
         """Return the solver of a mesh: a factorisation where it fits into some gigabytes."""
@@ -181,8 +179,28 @@ class Fem(FemMesh[IndenterGeometry]):
         if body.ring is not None:
             largest = TRUNCATION_SHARP if self._sharp(task.geometry) else TRUNCATION_SMOOTH
             truncation = largest / task.resolution**3
-        sweep = partial(self._steps, task, body)
-        yield Row(sweep, unknowns=body.unknowns, truncation=truncation)
+
+        def steps(loads: np.ndarray) -> Iterator[Step]:
+            """Scale the mesh onto the edge of the contact at each load; a face has a fixed mesh."""
+            points, shape = self.points, self.indenter.gap
+            contacts: Iterator[tuple[fem.CondensedBody, fem.NodalContact]]
+            if body.ring is None:
+                pressed = body if points == "nodes" else fem.at_quadrature_points(body)
+                gap = punch_mesh.face_gap(task.geometry, pressed.points)
+                contacts = ((pressed, contact) for contact in self.press(task, pressed, gap, loads))
+            else:
+                load = LoadPath(task.loads.control, loads)
+                contacts = fem.indent(body, shape, load, self.enforcement, points=points)
+            for scaled, contact in contacts:
+                if body.ring is not None:
+                    gap = shape(*scaled.points.T)
+                # The face of a flat punch is known.
+                face = self.indenter.face_area
+                area = contact.contact_area if face is None else face
+                inside = partial(recovered, scaled, contact.reactions)
+                yield contact_step(task, scaled, gap, contact, area, body_fields=inside)
+
+        yield Row(steps, unknowns=body.unknowns, truncation=truncation)
 
     def body(self, task: Task[IndenterGeometry]) -> fem.CondensedBody:
         """Return the half-space that fits the scene's contact."""
@@ -205,32 +223,6 @@ class Fem(FemMesh[IndenterGeometry]):
     def _sharp(self, geometry: IndenterGeometry) -> bool:
         """Whether the pressure is singular at the edge of the contact, or nearly so."""
         return self.indenter.flat or self.indenter.flat_within > 0.3 * geometry.contact_radius
-
-    def _steps(
-        self, task: Task[IndenterGeometry], body: fem.CondensedBody, loads: np.ndarray
-    ) -> Iterator[Step]:
-        """Yield the steps of the loads still to do."""
-        for scaled, gap, contact in self._contacts(task, body, loads):
-            # The face of a flat punch is known.
-            face = self.indenter.face_area
-            area = contact.contact_area if face is None else face
-            inside = partial(recovered, scaled, contact.reactions)
-            yield contact_step(task, scaled, gap, contact, area, body_fields=inside)
-
-    def _contacts(
-        self, task: Task[IndenterGeometry], body: fem.CondensedBody, loads: np.ndarray
-    ) -> Iterator[tuple[fem.CondensedBody, np.ndarray, fem.NodalContact]]:
-        """Scale the mesh onto the edge of the contact at each load; a face has a fixed mesh."""
-        points, shape = self.points, self.indenter.gap
-        if body.ring is None:
-            pressed = body if points == "nodes" else fem.at_quadrature_points(body)
-            gap = punch_mesh.face_gap(task.geometry, pressed.points)
-            for contact in self.press(task, pressed, gap, loads):
-                yield pressed, gap, contact
-            return
-        load = LoadPath(task.loads.control, loads)
-        for scaled, contact in fem.indent(body, shape, load, self.enforcement, points=points):
-            yield scaled, shape(*scaled.points.T), contact
 
 
 def enforcement_of(scene: Scene) -> fem.Enforcement:

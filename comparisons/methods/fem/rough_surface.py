@@ -1,6 +1,7 @@
 """The method `fem` on grids: elements below every cell, wave by wave.
 
-It takes rough surfaces, and indenters on bodies that depend on depth.
+It takes rough surfaces, and indenters on bodies that depend on depth. A rough patch is pressed on a
+block of elements like any other mesh, if asked for.
 """
 
 from __future__ import annotations
@@ -14,7 +15,19 @@ import numpy as np
 from comparisons.facts.methods import REPEATING_ELEMENTS
 from comparisons.geometry.estimates import elastic_body
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
-from comparisons.methods.fem.indenter import enforcement_of, options_problem
+from comparisons.methods.fem.indenter import (
+    FAR,
+    TRUNCATION_GRID,
+    FemMesh,
+    enforcement_of,
+    options_problem,
+)
+from comparisons.methods.fem.step import (
+    bytes_of_elimination,
+    bytes_of_surface,
+    contact_step,
+    recovered,
+)
 from comparisons.methods.normal.grid import (
     Grid,
     GridSolver,
@@ -26,14 +39,15 @@ from comparisons.methods.normal.grid import (
 )
 from comparisons.methods.solver import Refused
 from comparisons.scene.scene import Scene
-from comparisons.tasks.steps import Step
+from comparisons.tasks.steps import Row, Step
 from comparisons.tasks.task import Task
 from reference import fem
 from reference.elasticity import Material
 from reference.fem import grid_body
 from reference.fem.grid_body import LONGEST, FreeBody, PeriodicBody
 from reference.halfspace import Contact
-from reference.layered import Graded, Stack
+from reference.halfspace.areas import corrected_area
+from reference.layered import Stack
 from reference.layered.layered_grid import Body
 from reference.layered.stresses import Inside, inside
 from reference.loads import Load
@@ -164,6 +178,83 @@ class FemDepths(FemRough):
         return indenter_resolutions(self.scene, geometry)
 
 
+# Surface points per side of a rough patch: 32 take 2 s, and the cost grows as the fourth power.
+LARGEST_PATCH = 32
+
+
+class FemPatch(FemMesh[RoughGeometry]):
+    """A rough patch pressed node by node, free of its surroundings."""
+
+    name = "fem"
+
+    @classmethod
+    def takes(cls, scene: Scene) -> bool:
+        """Rough surfaces, where a mesh that need not repeat is asked for."""
+        return scene.rough and scene.methods.fem.mesh == "block"
+
+    def resolutions(self, geometry: RoughGeometry) -> tuple[int, ...]:
+        """Return the points of the map, then more."""
+        n, most = geometry.points[0], max(geometry.points)
+        return tuple(f * n for f in (1, 2, 3) if f * most <= LARGEST_PATCH) or (n,)
+
+    def refusal(self, task: Task[RoughGeometry]) -> str:
+        """Refuse patches whose elimination would take minutes."""
+        points = max(task.geometry.points) * task.resolution // task.geometry.points[0]
+        if points <= LARGEST_PATCH:
+            return ""
+        return f"{points} points per side, more than {LARGEST_PATCH}: the mesh would be too large"
+
+    def memory(self, task: Task[RoughGeometry]) -> float:
+        """Bytes of the elimination, and of the compliance between all points."""
+        x, y = _map_lines(task)
+        return bytes_of_elimination(fem.TensorMesh(x, y)) + bytes_of_surface(len(x) * len(y))
+
+    def model(self, geometry: RoughGeometry) -> str:
+        """Name the mesh."""
+        return f"a block below the patch, mesh nodes at the points of the map; {FAR}"
+
+    def rows(self, task: Task[RoughGeometry]) -> Iterator[Row]:
+        """Build and condense the body once for all realisations."""
+        (x, y), (modulus, nu) = _map_lines(task), self.scene.elastic_constants
+        body = fem.half_space_body(fem.TensorMesh(x, y), fem.Material(modulus, nu))
+
+        def steps(realisation: int, loads: np.ndarray) -> Iterator[Step]:
+            heights = task.geometry.heights(realisation, task.resolution)
+            gap = np.ravel(max(task.geometry.top(realisation), heights.max()) - heights)
+            for contact in self.press(task, body, gap, loads):
+                mean_gap = float(np.mean(gap + contact.displacement) - contact.penetration)
+                # with the perimeter correction of grids: the nodes form one
+                mask = contact.active.reshape(heights.shape)
+                area = float(corrected_area(mask, task.geometry.spacing(mask)))
+                mean_plane = contact.penetration - float(gap.mean())
+                yield contact_step(
+                    task,
+                    body,
+                    gap,
+                    contact,
+                    area,
+                    quantities={"mean_gap": mean_gap, "penetration_mean_plane": mean_plane},
+                    fields={
+                        "heights": heights,
+                        "size": np.array(task.geometry.size),
+                        "contact": (contact.pressure > 0).reshape(heights.shape),
+                    },
+                    body_fields=partial(recovered, body, contact.reactions),
+                )
+
+        for realisation in task.realisations:
+            sweep = partial(steps, realisation)
+            yield Row(sweep, unknowns=body.unknowns, truncation=TRUNCATION_GRID)
+
+
+def _map_lines(task: Task[RoughGeometry]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the mesh lines of a rough patch: through the points of the map."""
+    geometry = task.geometry
+    nx, ny = (n * task.resolution // geometry.points[0] for n in geometry.points)
+    length, width = geometry.size
+    return (np.arange(nx) + 0.5) * length / nx, (np.arange(ny) + 0.5) * width / ny
+
+
 # Empty cells around a free patch, in its sides: images of it change the largest stress by 1 %.
 _PADDED = 4
 # Depths: the first in cells, each over the one above, and the last in the patch's shorter side.
@@ -193,11 +284,21 @@ def below(scene: Scene, contact: Contact, grid: Grid) -> dict[str, np.ndarray]:
         pressure = pressure.reshape(rows, step, columns, step).mean(axis=(1, 3))
         spacing = step * spacing[0], step * spacing[1]
     shape = pressure.shape
-    depths = _depths(body, shape, spacing)
-    if isinstance(body, Graded):
+    # depths in a geometric series
+    side = min(spacing)
+    last = _DEEPEST * min(n * step for n, step in zip(shape, spacing, strict=True))
+    if isinstance(body, Stack) and body.base is None:
+        last = min(last, body.total)
+    number = max(2, int(np.ceil(np.log(last / (_FIRST * side)) / np.log(_RATIO))))
+    depths = np.append(_SURFACE * min(side, last), last * _RATIO ** -np.arange(number, -1.0, -1.0))
+    if isinstance(body, Stack):  # on either side of an interface, where stresses jump
+        interfaces = np.cumsum(body.thicknesses)
+        beside = np.concatenate([interfaces * (1 - _SURFACE), interfaces * (1 + _SURFACE)])
+        depths = np.unique(np.append(depths, beside[beside < last]))
+    else:
         # a graded body in slices between the depths that are shown, and some below
-        last = depths[-1] * _RATIO ** np.arange(1.0, np.ceil(np.log(_BELOW) / np.log(_RATIO)) + 1)
-        ends = np.concatenate([[0.0], depths[1:], last])
+        deeper = np.arange(1.0, np.ceil(np.log(_BELOW) / np.log(_RATIO)) + 1)
+        ends = np.concatenate([[0.0], depths[1:], depths[-1] * _RATIO**deeper])
         materials = body.slices(ends)
         body = Stack(np.diff(ends)[:-1].tolist(), materials[:-1], materials[-1])
     if not contact.operator.periodic:
@@ -214,20 +315,6 @@ def below(scene: Scene, contact: Contact, grid: Grid) -> dict[str, np.ndarray]:
         "von_mises_depth": np.array([field.depth for field in fields]),
         "von_mises_highest": np.array([stress.max() for stress in stresses]),
     }
-
-
-def _depths(body: Body, shape: tuple[int, ...], spacing: tuple[float, float]) -> np.ndarray:
-    side = min(spacing)
-    last = _DEEPEST * min(n * step for n, step in zip(shape, spacing, strict=True))
-    if isinstance(body, Stack) and body.base is None:
-        last = min(last, body.total)
-    number = max(2, int(np.ceil(np.log(last / (_FIRST * side)) / np.log(_RATIO))))
-    depths = np.append(_SURFACE * min(side, last), last * _RATIO ** -np.arange(number, -1.0, -1.0))
-    if isinstance(body, Stack):  # on either side of an interface, where stresses jump
-        interfaces = np.cumsum(body.thicknesses)
-        beside = np.concatenate([interfaces * (1 - _SURFACE), interfaces * (1 + _SURFACE)])
-        depths = np.unique(np.append(depths, beside[beside < last]))
-    return depths
 
 
 def _mesh(

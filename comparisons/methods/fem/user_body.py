@@ -22,7 +22,6 @@ from comparisons.methods.fem.step import (
 from comparisons.scene.scene import Scene
 from comparisons.tasks.steps import NoAnswerError, Row, Step
 from comparisons.tasks.task import Task
-from reference import fem
 from reference.elasticity import LARGEST_POISSON_RATIO
 from reference.fem import Material
 from reference.fem.condensed_body import LARGEST_POISSON_LINEAR_TETRAHEDRA, supported_body
@@ -153,31 +152,25 @@ class FemBody(FemMesh[BodyGeometry]):
             nodes=nodes,
             solver=solver,
         )
-        yield Row(partial(self._steps, task, body, gap, edge), unknowns=body.unknowns)
-
-    def _steps(
-        self,
-        task: Task[BodyGeometry],
-        body: fem.CondensedBody,
-        gap: np.ndarray,
-        edge: float,
-        loads: np.ndarray,
-    ) -> Iterator[Step]:
-        start = None
         # the fields are in the frame of the contact; the VTU is in that of the file
-        frame = {"mesh_axes": task.geometry.axes, "mesh_origin": task.geometry.origin}
-        if body.iterative is not None and task.loads.control == "force":
-            # every node that a contact set passes takes a column: begin near the answer
-            start = gap <= task.geometry.penetrations[len(task.loads.values) - len(loads)]
-        for contact in self.press(task, body, gap, loads, start):
-            if contact.active.any() and gap[contact.active].max() > edge:
-                raise NoAnswerError("the contact is larger than the nodes that may touch")
-            area, indenter = contact.contact_area, task.geometry.indenter
-            if indenter.axisymmetric and task.geometry.flat_surface:
-                face = indenter.face_area
-                area = round_area(body, contact) if face is None else face
-            inside = partial(recovered, body, contact.reactions, frame)
-            yield contact_step(task, body, gap, contact, area, body_fields=inside)
+        frame = {"mesh_axes": geometry.axes, "mesh_origin": geometry.origin}
+
+        def steps(loads: np.ndarray) -> Iterator[Step]:
+            start = None
+            if body.iterative is not None and task.loads.control == "force":
+                # every node that a contact set passes takes a column: begin near the answer
+                start = gap <= geometry.penetrations[len(task.loads.values) - len(loads)]
+            for contact in self.press(task, body, gap, loads, start):
+                if contact.active.any() and gap[contact.active].max() > edge:
+                    raise NoAnswerError("the contact is larger than the nodes that may touch")
+                area, indenter = contact.contact_area, geometry.indenter
+                if indenter.axisymmetric and geometry.flat_surface:
+                    face = indenter.face_area
+                    area = round_area(body, contact) if face is None else face
+                inside = partial(recovered, body, contact.reactions, frame)
+                yield contact_step(task, body, gap, contact, area, body_fields=inside)
+
+        yield Row(steps, unknowns=body.unknowns)
 
 
 def _gap(geometry: BodyGeometry, mesh: SolidMesh, nodes: np.ndarray) -> np.ndarray:

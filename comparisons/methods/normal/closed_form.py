@@ -16,7 +16,7 @@ from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
 from reference import closed_form as closed_forms
-from reference.layered import RoundContact, Stack
+from reference.layered import Graded, RoundContact, Stack
 from reference.layered.round_contact import GradedContact, RoundStep, face_stiffness, line_factor
 
 # The pressure is exact at each point; their number only sets how smooth a plot is.
@@ -120,9 +120,6 @@ def form_pressure(form: closed_forms.ClosedForm, depth: float) -> dict[str, np.n
     return profile_fields(half_x, half_y, x, np.asarray(form.pressure(x, 0.0, depth)))
 
 
-At = Callable[[str, float], RoundStep]
-
-
 class DepthForm(Solver[IndenterGeometry]):
     """Exact solution under a power of the radius or a flat circle; its resolution is 1."""
 
@@ -155,7 +152,28 @@ class DepthForm(Solver[IndenterGeometry]):
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Solve load after load."""
         control, values = task.loads.control, task.loads.values
-        at = self._contact(task.geometry)
+        body, guess = elastic_body(self.scene), task.geometry.contact_radius
+        at: Callable[[str, float], RoundStep]
+        if isinstance(self.indenter, Cylinder) and isinstance(body, Stack):
+            radius = self.indenter.radius
+            at = partial(RoundContact(body, np.zeros_like, radius).at, guess=radius)
+        elif isinstance(self.indenter, Cylinder):
+            assert isinstance(body, Graded)
+            radius = self.indenter.radius
+            stiffness = face_stiffness(body, radius)
+
+            def at(control: str, value: float) -> RoundStep:
+                depth = value if control == "penetration" else value / stiffness
+                force = stiffness * depth
+                return RoundStep(radius, depth, force, stiffness, force * depth / 2)
+
+        else:
+            n, c = needed(_power(self.indenter), "")
+            if isinstance(body, Stack):
+                factor = line_factor(n) * c
+                at = partial(RoundContact(body, lambda x: factor * x**n).at, guess=guess)
+            else:
+                at = GradedContact(body, n, c).at
         steps = [at(control, float(value)) for value in values]
         names = ("contact_radius", "penetration", "force", "stiffness", "energy")
         curves = {name: np.array([getattr(step, name) for step in steps]) for name in names}
@@ -163,28 +181,6 @@ class DepthForm(Solver[IndenterGeometry]):
         solution = Solution.of(task, curves, violation=0.0)
         solution.fields = {"penetration": np.array(steps[-1].penetration)}
         return solution
-
-    def _contact(self, geometry: IndenterGeometry) -> At:
-        body, guess = elastic_body(self.scene), geometry.contact_radius
-        if isinstance(self.indenter, Cylinder):
-            radius = self.indenter.radius
-            if isinstance(body, Stack):
-                flat = RoundContact(body, np.zeros_like, radius)
-                return lambda control, value: flat.at(control, value, radius)
-            stiffness = face_stiffness(body, radius)
-
-            def face(control: str, value: float) -> RoundStep:
-                depth = value if control == "penetration" else value / stiffness
-                force = stiffness * depth
-                return RoundStep(radius, depth, force, stiffness, force * depth / 2)
-
-            return face
-        n, c = needed(_power(self.indenter), "")
-        if not isinstance(body, Stack):
-            return GradedContact(body, n, c).at
-        factor = line_factor(n) * c
-        contact = RoundContact(body, lambda x: factor * x**n)
-        return lambda control, value: contact.at(control, value, guess)
 
 
 def _power(indenter: Indenter) -> tuple[float, float] | None:

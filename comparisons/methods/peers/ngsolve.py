@@ -71,20 +71,26 @@ class NgSolve(Solver[IndenterGeometry]):
         geometry, solution = task.geometry, Solution.empty(task)
         # the scales of each load step, and its load in them; a step without any has failed
         steps, modulus = {}, task.scene.effective_modulus
+        indenter, by_depth = geometry.indenter, task.loads.control == "penetration"
         for step, load in enumerate(task.loads.values):
-            radius, depth = _scales(task, geometry, step)
+            radius, depth = geometry.contact_radii[step], geometry.penetrations[step]
+            if isinstance(indenter, Ellipsoid):
+                # estimates are exact but for ellipsoids, which take Hertz's ellipse
+                form = ellipsoid(indenter.radius_x, indenter.radius_y, modulus)
+                depth = float(load if by_depth else form.penetration(load))
+                radius = float(np.sqrt(np.prod(form.semi_axes(depth))))
             if not (radius > 0.0 and depth > 0.0):
                 solution.fail((0, step), geometry.unreached.get(step, "no estimate of its contact"))
                 continue
-            unit = depth if task.loads.control == "penetration" else modulus * radius * depth
+            unit = depth if by_depth else modulus * radius * depth
             steps[step] = {"radius": radius, "depth": depth, "load": float(load / unit)}
         if not steps:
             return solution
-        shape = geometry.indenter.model_dump()
+        shape = indenter.model_dump()
         problem = {
             "resolution": task.resolution,
             "poisson_ratio": task.scene.elastic_constants[1],
-            "stretch": list(contact_stretch(geometry.indenter)),
+            "stretch": list(contact_stretch(indenter)),
             "shape": shape.pop("shape"),
             "parameters": shape,
             "control": task.loads.control,
@@ -106,11 +112,22 @@ class NgSolve(Solver[IndenterGeometry]):
                 solution.fail((0, step), answer["reason"])
                 continue
             radius, depth = scales["radius"], scales["depth"]
-            raw = radius**2 * answer["counted_area"]
+            raw = area = radius**2 * answer["counted_area"]
+            if indenter.face_area is not None:
+                area = indenter.face_area
+            elif indenter.axisymmetric:
+                # Points counted along the edge of a round contact are noise where the pressure is
+                # steep (a cone loses a quarter of them), its stiffness 2 E* a is not (Johnson 1985,
+                # eq. 3.36; a percent here); the moments of the pressure are better still where they
+                # apply.
+                stiff = 0.5 * answer["stiffness"]
+                best = moment_radius(answer["second"], answer["fourth"])
+                relative = best if best is not None and abs(best / stiff - 1) < AGREES else stiff
+                area = np.pi * (radius * relative) ** 2
             values = {
                 "penetration": depth * answer["penetration"],
                 "force": modulus * radius * depth * answer["force"],
-                "contact_area": _area(geometry, radius, raw, answer),
+                "contact_area": area,
                 "contact_area_raw": raw,
                 "stiffness": modulus * radius * answer["stiffness"],
                 "contact_length_stiffness": radius * answer["stiffness"],
@@ -121,34 +138,3 @@ class NgSolve(Solver[IndenterGeometry]):
         for name in ("unknowns", "seconds", "setup_seconds", "memory"):
             setattr(solution, name, outcome.answer[name])
         return solution
-
-
-def _scales(task: Task, geometry: IndenterGeometry, step: int) -> tuple[float, float]:
-    """Return the contact radius and penetration that the mesh is fitted to.
-
-    The estimates of the reduced model are exact but for ellipsoids: these take Hertz's ellipse.
-    """
-    indenter = geometry.indenter
-    if not isinstance(indenter, Ellipsoid):
-        return geometry.contact_radii[step], geometry.penetrations[step]
-    form = ellipsoid(indenter.radius_x, indenter.radius_y, task.scene.effective_modulus)
-    load = task.loads.values[step]
-    depth = float(load if task.loads.control == "penetration" else form.penetration(load))
-    return float(np.sqrt(np.prod(form.semi_axes(depth)))), depth
-
-
-def _area(geometry: IndenterGeometry, radius: float, raw: float, answer: dict[str, float]) -> float:
-    """Return the face of a punch, the disc of a round contact, or the counted area.
-
-    Points counted along the edge of a round contact are noise where the pressure is steep (a cone
-    loses a quarter of them), its stiffness 2 E* a is not (Johnson 1985, eq. 3.36; a percent here);
-    the moments of the pressure are better still where they apply.
-    """
-    if geometry.indenter.face_area is not None:
-        return geometry.indenter.face_area
-    if not geometry.indenter.axisymmetric:
-        return raw
-    stiff = 0.5 * answer["stiffness"]
-    best = moment_radius(answer["second"], answer["fourth"])
-    relative = best if best is not None and abs(best / stiff - 1) < AGREES else stiff
-    return np.pi * (radius * relative) ** 2

@@ -27,7 +27,7 @@ from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
 from reduced.errors import ConvergenceError
 from reduced.loads import Load, LoadPath
-from reduced.plasticity import Yielded, YieldingSprings, ZunkerKamrin, first_yield
+from reduced.plasticity import YieldingSprings, ZunkerKamrin, first_yield
 from reduced.profiles.equivalents import Profile
 from reduced.springs.indent import indent
 from reduced.springs.line import Springs
@@ -156,7 +156,29 @@ class ReducedPlasticity(ProfileSolver):
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Walk the whole path."""
-        line = self._walked(task)
+        path = LoadPath(task.loads.control, task.loads.values)
+        if self.ball is not None:
+            line = self.ball.walk(path)
+        else:
+            reading, reach = self.plasticity.model, task.geometry.penetration
+            assert reading != "zunker_kamrin"
+            for _ in range(_WIDENINGS):
+                springs = YieldingSprings(
+                    self.profile,
+                    self.modulus,
+                    self.plasticity.hardness,
+                    reading,
+                    reach=reach,
+                    springs=task.resolution,
+                )
+                line = springs.walk(path)
+                if line.penetration.max() <= reach * (1 + 1e-9):
+                    break
+                # Springs that yield go deeper under a force than elastic ones, from which this
+                # came.
+                reach *= 1.3
+            else:
+                raise ConvergenceError("the springs never carry this force")
         curves = {
             "penetration": line.penetration,
             "force": line.force,
@@ -171,28 +193,6 @@ class ReducedPlasticity(ProfileSolver):
         depth = float(line.penetration[-1])
         solution.fields = line_picture(self.profile, depth, widest, widest / task.resolution)
         return solution
-
-    def _walked(self, task: Task[IndenterGeometry]) -> Yielded:
-        path = LoadPath(task.loads.control, task.loads.values)
-        if self.ball is not None:
-            return self.ball.walk(path)
-        reading, reach = self.plasticity.model, task.geometry.penetration
-        assert reading != "zunker_kamrin"
-        for _ in range(_WIDENINGS):
-            springs = YieldingSprings(
-                self.profile,
-                self.modulus,
-                self.plasticity.hardness,
-                reading,
-                reach=reach,
-                springs=task.resolution,
-            )
-            line = springs.walk(path)
-            if line.penetration.max() <= reach * (1 + 1e-9):
-                return line
-            # Springs that yield go deeper under a force than elastic ones, from which this came.
-            reach *= 1.3
-        raise ConvergenceError("the springs never carry this force")
 
 
 class ClosedFormPlasticity(FormSolver):

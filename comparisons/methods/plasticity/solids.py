@@ -256,28 +256,20 @@ class McaPlasticity(Mca):
         """Yield the path, which is walked on one body."""
         domain, spacing = self._sized(task.resolution)
         body = PlasticHalfSpace(domain, self.material, spacing=spacing)
-        yields_at = self._yields_at(task)
-        sweep = partial(self._walked, task, body, domain, yields_at)
-        yield Row(sweep, unknowns=6 * body.automata.packing.free, truncation=TRUNCATION_AUTOMATA)
-
-    def _walked(
-        self,
-        task: Task[IndenterGeometry],
-        body: PlasticHalfSpace,
-        domain: Domain,
-        yields_at: dict[str, float],
-        loads: np.ndarray,
-    ) -> Iterator[Step]:
-        gap = self._gap(body)
+        yields_at, gap = self._yields_at(task), self._gap(body)
         net = net_of(body, gap, domain)
-        path = LoadPath(task.loads.control, loads)
-        for contact in body.walk(gap, path, balance=self.balance):
-            step = contact_step(task, body, contact, net)
-            more = dict(yields_at)
-            if "residual_depth" in task.quantities:
-                with suppress(ConvergenceError):  # the path itself goes on without the dent
-                    more["residual_depth"] = body.residual_depth(gap, balance=self.balance)
-            yield replace(step, quantities={**step.quantities, **more})
+
+        def steps(loads: np.ndarray) -> Iterator[Step]:
+            path = LoadPath(task.loads.control, loads)
+            for contact in body.walk(gap, path, balance=self.balance):
+                step = contact_step(task, body, contact, net)
+                more = dict(yields_at)
+                if "residual_depth" in task.quantities:
+                    with suppress(ConvergenceError):  # the path itself goes on without the dent
+                        more["residual_depth"] = body.residual_depth(gap, balance=self.balance)
+                yield replace(step, quantities={**step.quantities, **more})
+
+        yield Row(steps, unknowns=6 * body.automata.packing.free, truncation=TRUNCATION_AUTOMATA)
 
     def _yields_at(self, task: Task[IndenterGeometry]) -> dict[str, float]:
         """Return the penetration of first yield, where it is asked for and exists.

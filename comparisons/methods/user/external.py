@@ -159,7 +159,46 @@ class UserSolver(Solver[Geometry]):
         if not outcome.ok:
             return Solution.lost(task, _failure(outcome))
         try:
-            return _checked_solution(outcome.answer, task)
+            given = {
+                name: value
+                for name, value in outcome.answer.items()
+                if isinstance(value, np.ndarray)
+            }
+            solution = solution_of(given)
+            shape = (len(task.realisations), len(task.loads.values))
+            # known quantities in arrays of the right shape
+            for name, values in solution.quantities.items():
+                if name not in COMPARABLE:
+                    raise ValueError(f"unknown quantity {_text(name)!r}")
+                solution.quantities[name] = curve_of(name, values, shape)
+            for name, kinds in (("converged", "b"), ("iterations", "iu"), ("violation", "f")):
+                values = getattr(solution, name)
+                if values.shape != shape or values.dtype.kind not in kinds:
+                    raise ValueError(
+                        f"{name}: expected an array of shape {shape}, got {in_kind(values)}"
+                    )
+            if solution.converged.any() and not solution.quantities:
+                raise ValueError("no quantity at all")
+            solution.reasons = {
+                (int(row), int(step)): _text(reason)
+                for (row, step), reason in solution.reasons.items()
+                if 0 <= int(row) < shape[0] and 0 <= int(step) < shape[1]
+            }
+            for row, step in np.argwhere(~solution.converged):
+                solution.reasons.setdefault((int(row), int(step)), "no answer, and no reason given")
+            # a pressure field whose parts fit together is kept; anything else is not shown
+            arrays = {
+                name: np.ravel(solution.fields[name]) for name in FIELDS if name in solution.fields
+            }
+            sizes = {values.size for values in arrays.values()}
+            whole = (
+                len(arrays) == len(FIELDS) and len(sizes) == 1 and max(sizes) <= MOST_FIELD_POINTS
+            )
+            numeric = all(values.dtype.kind in "iuf" for values in arrays.values())
+            solution.fields = arrays if whole and numeric else {}
+            solution.unknowns = max(0, int(solution.unknowns))
+            solution.path = task.loads.is_path
+            return solution
         except (KeyError, TypeError, ValueError, OverflowError) as error:
             return Solution.lost(task, f"malformed answer: {_text(error)}")
 
@@ -332,36 +371,3 @@ def _checked_plan(answer: dict[str, Any]) -> dict[str, Any]:
         return _broken(f"malformed answer: resolutions are {_text(levels)}")
     texts = {key: _text(answer.get(key, "")) for key in ("reason", "model")}
     return {"ok": True, "resolutions": levels, **texts}
-
-
-def _checked_solution(answer: dict[str, Any], task: Task) -> Solution:
-    """Return a solution of known quantities in arrays of the right shape, or say what is wrong."""
-    given = {name: value for name, value in answer.items() if isinstance(value, np.ndarray)}
-    solution = solution_of(given)
-    shape = (len(task.realisations), len(task.loads.values))
-    for name, values in solution.quantities.items():
-        if name not in COMPARABLE:
-            raise ValueError(f"unknown quantity {_text(name)!r}")
-        solution.quantities[name] = curve_of(name, values, shape)
-    for name, kinds in (("converged", "b"), ("iterations", "iu"), ("violation", "f")):
-        values = getattr(solution, name)
-        if values.shape != shape or values.dtype.kind not in kinds:
-            raise ValueError(f"{name}: expected an array of shape {shape}, got {in_kind(values)}")
-    if solution.converged.any() and not solution.quantities:
-        raise ValueError("no quantity at all")
-    solution.reasons = {
-        (int(row), int(step)): _text(reason)
-        for (row, step), reason in solution.reasons.items()
-        if 0 <= int(row) < shape[0] and 0 <= int(step) < shape[1]
-    }
-    for row, step in np.argwhere(~solution.converged):
-        solution.reasons.setdefault((int(row), int(step)), "no answer, and no reason given")
-    # a pressure field whose parts fit together is kept; anything else is not shown
-    arrays = {name: np.ravel(solution.fields[name]) for name in FIELDS if name in solution.fields}
-    sizes = {values.size for values in arrays.values()}
-    whole = len(arrays) == len(FIELDS) and len(sizes) == 1 and max(sizes) <= MOST_FIELD_POINTS
-    numeric = all(values.dtype.kind in "iuf" for values in arrays.values())
-    solution.fields = arrays if whole and numeric else {}
-    solution.unknowns = max(0, int(solution.unknowns))
-    solution.path = task.loads.is_path
-    return solution
