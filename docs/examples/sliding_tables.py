@@ -18,8 +18,7 @@ from reduced.rough.ensemble import RandomLines
 from reduced.rough.line_spectrum import line_of, prescribed
 from reduced.rough.press import RoughLines, press
 from reduced.rough.surface_spectrum import SelfAffine, measured
-from reduced.rubber.history import slide_in_time
-from reduced.rubber.printed import slide_as_printed
+from reduced.rubber.history import slide_as_printed, slide_in_time
 from reduced.rubber.steady import slide
 from reference import loads as reference_loads
 from reference import surfaces

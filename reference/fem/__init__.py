@@ -20,10 +20,10 @@ from reference.fem.contact import (
     NodalContact,
     at_quadrature_points,
     contact_radius,
+    indent,
     press,
 )
 from reference.fem.half_space_mesh import SYMMETRIES, RingMesh, TensorMesh, graded_lines
-from reference.fem.single_contact import indent
 
 __all__ = [
     "SYMMETRIES",

@@ -27,7 +27,7 @@ from reference.elasticity import (
     von_mises,
 )
 from reference.errors import choice_faults, refuse
-from reference.fem import pardiso
+from reference.fem import condensation
 from reference.fem.condensation import (
     Front,
     LinearSystem,
@@ -220,7 +220,7 @@ def half_space_body(
         condenses and assembles nothing (see `matrix_free`).
     """
     faults = choice_faults("solver", solver, HALF_SPACE_SOLVERS)
-    if solver == "pardiso" and not pardiso.available():
+    if solver == "pardiso" and not condensation.has_pardiso():
         faults.append(
             "solver = 'pardiso' needs the package pypardiso (pip install roughline[fast])"
         )
@@ -275,7 +275,7 @@ def half_space_body(
     if solver == "conjugate_gradients":
         flexibility = IterativeFlexibility(system, grid, nu)
     elif solver == "pardiso":
-        stiffness = pardiso.condense(stiffness_matrix(system), system.retained)
+        stiffness = condensation.condense_by_pardiso(stiffness_matrix(system), system.retained)
         flexibility = DenseFlexibility.of(system, stiffness)
     else:
         flexibility = DenseFlexibility.of(system, condense(system))

@@ -12,9 +12,9 @@ from reference.fem import (
     Material,
     RingMesh,
     TensorMesh,
+    condensation,
     half_space_body,
     indent,
-    pardiso,
     press,
     recover,
 )
@@ -22,7 +22,7 @@ from reference.halfspace import FreeOperator
 from reference.loads import Load
 
 needs_pardiso = pytest.mark.skipif(
-    not pardiso.available(), reason="pypardiso (extra `fast`) is not installed"
+    not condensation.has_pardiso(), reason="pypardiso (extra `fast`) is not installed"
 )
 
 

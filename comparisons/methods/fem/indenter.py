@@ -25,7 +25,7 @@ from comparisons.tasks.steps import Row, Step
 from comparisons.tasks.task import Task
 from reference import fem
 from reference.closed_form import ellipsoid
-from reference.fem import pardiso
+from reference.fem import condensation
 from reference.loads import LoadPath
 
 G = TypeVar("G", bound=Geometry)
@@ -258,7 +258,7 @@ def solver_problem(scene: Scene, solver: str) -> str:
         return f"solver {solver} needs a definite matrix: nu up to {LARGEST_POISSON}"
     if solver == "conjugate_gradients" and "contact" in scene.methods.fem.changes:
         return "solver conjugate_gradients takes contact = active_set only"
-    if solver == "pardiso" and not pardiso.available():
+    if solver == "pardiso" and not condensation.has_pardiso():
         return "pypardiso is not installed (pip install 'roughline[fast]')"
     return ""
 

@@ -33,7 +33,7 @@ from comparisons.scene.scene import parse_scene
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 from reference import fem
-from reference.fem import pardiso
+from reference.fem import condensation
 from reference.fem.condensation import stiffness_matrix
 from reference.loads import Load
 
@@ -130,7 +130,7 @@ def fixed_mesh(bound: float) -> Measurement:
 def iterative() -> Measurement:
     """Time conjugate gradients against a condensed job at about 25 000 unknowns."""
     elements = PRESSURE_LEVEL
-    direct = "pardiso" if pardiso.available() else "nested_dissection"
+    direct = "pardiso" if condensation.has_pardiso() else "nested_dissection"
     tasks = {name: partial(run, elements, name) for name in (ITERATIVE_SOLVER, direct)}
     times = interleaved(tasks, 3, time.process_time)
     job = run(elements, ITERATIVE_SOLVER)
@@ -226,11 +226,11 @@ def sizes() -> list[Measurement]:
         memory = _peak_memory()
         grown = f", peak memory {memory / 1e9:.2f} GB" if memory > before else ""
         title = f"cost at {job.body.unknowns} unknowns{grown}"
-        if job.body.unknowns <= LARGEST_PARDISO and pardiso.available():
+        if job.body.unknowns <= LARGEST_PARDISO and condensation.has_pardiso():
             matrix = stiffness_matrix(job.body.system)
             with threadpool_limits(limits=1):
                 start = time.process_time()
-                pardiso.factorise(matrix)
+                condensation.factorise_by_pardiso(matrix)
                 factorised = time.process_time() - start
             rows.append(measurement(title, [spent], FACTORISATION, [factorised]))
         else:
@@ -286,12 +286,12 @@ def _against_pardiso(
     """Time a job and Pardiso in turns; also return the jobs with the times of their parts."""
     jobs: list[Job] = []
     tasks: dict[str, Callable[[], object]] = {"job": lambda: jobs.append(task())}
-    if not pardiso.available():
+    if not condensation.has_pardiso():
         times = interleaved(tasks, READINGS, time.process_time)["job"]
         row = Measurement(title, statistics.median(times), NO_PARDISO, target=target)
         return [row], jobs
     matrix = stiffness_matrix(job.body.system)
-    tasks["yardstick"] = partial(pardiso.factorise, matrix)
+    tasks["yardstick"] = partial(condensation.factorise_by_pardiso, matrix)
     both = interleaved(tasks, READINGS, time.process_time)
     return [measurement(title, both["job"], FACTORISATION, both["yardstick"], target)], jobs
 

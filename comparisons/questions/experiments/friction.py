@@ -21,8 +21,14 @@ from comparisons.questions.experiments.experiment import (
 from comparisons.questions.experiments.proved import EQUAL_AREA, face_rule
 from comparisons.questions.experiments.rough_ensemble import Surface, compare, truth
 from comparisons.solving.shared import shared
-from reduced.friction.slide import Friction, slide, slide_lines, stiffness_ratio, tangential_modulus
-from reduced.friction.stick_slip import follow
+from reduced.friction.slide import (
+    Friction,
+    follow,
+    slide,
+    slide_lines,
+    stiffness_ratio,
+    tangential_modulus,
+)
 from reduced.loads import Load, LoadPath
 from reduced.profiles import equivalents
 from reduced.springs.line import Springs

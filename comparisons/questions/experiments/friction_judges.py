@@ -20,7 +20,7 @@ from comparisons.questions.experiments.experiment import (
     experiment,
 )
 from comparisons.solving.shared import shared
-from reduced.friction import stick_slip
+from reduced.friction import slide as line_friction
 from reduced.friction.slide import Friction, tangential_modulus
 from reduced.profiles import equivalents
 from reference.closed_form import paraboloid
@@ -162,7 +162,7 @@ def impact(
     line = x**2, float(x[1] - x[0]), modulus, friction
     shift = speed * time
     for _ in range(200):
-        force = stick_slip.follow(*line, depth, shift).tangential_force
+        force = line_friction.follow(*line, depth, shift).tangential_force
         velocity = speed - cumulative_trapezoid(force, time, initial=0) / _ROLLING_MASS
         moved = cumulative_trapezoid(velocity, time, initial=0)
         change = float(np.abs(moved - shift).max() / np.abs(moved).max())

@@ -5,8 +5,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from reduced.friction.slide import Friction, slide, slide_lines, stiffness_ratio, tangential_modulus
-from reduced.friction.stick_slip import follow
+from reduced.friction.slide import (
+    Friction,
+    follow,
+    slide,
+    slide_lines,
+    stiffness_ratio,
+    tangential_modulus,
+)
 from reduced.loads import Load, LoadPath
 from reduced.profiles.equivalents import cone, cylinder, paraboloid, power_law, rounded_punch
 from reduced.rough.press import RoughLines

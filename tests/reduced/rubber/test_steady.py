@@ -13,8 +13,7 @@ from reduced.rough.ensemble import RandomLines
 from reduced.rough.line_spectrum import prescribed
 from reduced.rough.press import RoughLines, press
 from reduced.rough.surface_spectrum import SelfAffine
-from reduced.rubber.history import slide_in_time
-from reduced.rubber.printed import slide_as_printed
+from reduced.rubber.history import slide_as_printed, slide_in_time
 from reduced.rubber.steady import slide
 
 KELVIN = kelvin_voigt(1.0, 1.0)
