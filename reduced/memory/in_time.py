@@ -93,7 +93,26 @@ def indent_in_time(springs: RelaxingSprings, time: ArrayLike, path: LoadPath) ->
     """
     forced = path.one_of(*CONTROLS) == "force"
     law, values = springs.modulus, path.values
-    times = _times(springs, time, path)
+    times = np.array(time, dtype=float, ndmin=1)
+    wrong = []
+    if times.shape != values.shape:
+        wrong.append(
+            f"time and {path.control} must be lists of one length, got {times.shape}, "
+            f"{values.shape}"
+        )
+    if not (np.isfinite(times).all() and (np.diff(times) >= 0).all()):
+        wrong.append(f"time must be finite and not decreasing, got {time!r}")
+    if forced and not (values[0] >= 0 and (values[1:] > 0).all()):
+        wrong.append(f"force must be positive (the first may be 0), got {values}")
+    elif not (values > 0).any():
+        wrong.append(f"{path.control} must be positive somewhere, got {values}")
+    if law.viscosity > 0 and not forced and not wrong:  # no jump of the depth during contact
+        at_once = np.diff(times, prepend=times[0]) == 0
+        change = np.diff(values, prepend=0.0)[at_once]
+        before = np.concatenate([[0.0], values])[:-1][at_once]
+        if np.any((change != 0) & ((before > 0) | (before + change > 0))):
+            wrong.append("penetration jumps, which a parallel dashpot does not let it")
+    refuse(wrong)
     durations = np.diff(times, prepend=times[0])
     if not forced:
         row = springs.lay(values.max())
@@ -140,31 +159,6 @@ def graded_times(duration: float, steps: int, exponent: float = 3.0) -> np.ndarr
     """
     refuse(positive_faults(duration=duration, exponent=exponent) + count_faults(steps=steps))
     return duration * np.linspace(0.0, 1.0, steps + 1) ** exponent
-
-
-def _times(springs: RelaxingSprings, time: ArrayLike, path: LoadPath) -> np.ndarray:
-    """Return the times of a history, or raise one ValueError."""
-    t, values = np.array(time, dtype=float, ndmin=1), path.values
-    wrong = []
-    if t.shape != values.shape:
-        wrong.append(
-            f"time and {path.control} must be lists of one length, got {t.shape}, {values.shape}"
-        )
-    if not (np.isfinite(t).all() and (np.diff(t) >= 0).all()):
-        wrong.append(f"time must be finite and not decreasing, got {time!r}")
-    if path.control == "force" and not (values[0] >= 0 and (values[1:] > 0).all()):
-        wrong.append(f"force must be positive (the first may be 0), got {values}")
-    elif not (values > 0).any():
-        wrong.append(f"{path.control} must be positive somewhere, got {values}")
-    damped = springs.material.viscosity > 0 and path.control == "penetration"
-    if damped and not wrong:  # no jump of the depth during contact
-        at_once = np.diff(t, prepend=t[0]) == 0
-        change = np.diff(values, prepend=0.0)[at_once]
-        before = np.concatenate([[0.0], values])[:-1][at_once]
-        if np.any((change != 0) & ((before > 0) | (before + change > 0))):
-            wrong.append("penetration jumps, which a parallel dashpot does not let it")
-    refuse(wrong)
-    return t
 
 
 def _depth_under(

@@ -363,8 +363,33 @@ def _profile(curve: PPoly, r: np.ndarray) -> Profile:
         kinks -= _per_node(x, nodes, lambda x, b, root: b * x / root**3) @ slope_jump
         return 2 * of_second + x * of_third + kinks
 
+    def pressure_integral(s: float, a: float) -> float:
+        # Of g'(x)/sqrt(x^2 - s^2) from s to a, with exchanged integrations: g'(x) = int_0^x
+        # m(t)/sqrt(x^2 - t^2) dt transforms it to int_0^a m(t) K(t, s) dt with an elliptic kernel,
+        # logarithmically singular at t = s.
+        unit, weights = double_exponential(4)
+        ends = np.unique(np.concatenate([r[r < a], [a], [s] if s > 0 else []]))
+        lower, width = ends[:-1, None], np.diff(ends)[:, None]
+        t = np.minimum(lower + width * unit, ends[1:, None])
+        segment = np.searchsorted(r, lower[:, 0], side="right") - 1
+        offset = t - r[segment][:, None]
+        moment = np.zeros_like(t)
+        for polynomial, factor in ((slope, 1.0), (second, t)):
+            values = np.zeros_like(t)
+            for c in polynomial.c:
+                values = values * offset + c[segment][:, None]
+            moment = moment + factor * values
+        # Distance to s from the panel's end, accurate for t close to s.
+        apart = np.where(lower >= s, lower - s + width * unit, s - t)
+        total = float((moment * _kernel(t, s, a, apart) * width * weights).sum())
+        kinks = (slope_jump != 0) & (nodes < a)
+        b = nodes[kinks]
+        if np.any(b == s):
+            return np.inf
+        return total + float((slope_jump[kinks] * b * _kernel(b, s, a, np.abs(b - s))).sum())
+
     def abel_integral(radii: np.ndarray, a: float) -> np.ndarray:
-        return np.array([_pressure_integral(s, a, slope, second, r, slope_jump) for s in radii])
+        return np.array([pressure_integral(s, a) for s in radii])
 
     section = Section(
         "tabulated",
@@ -439,37 +464,6 @@ def _per_node(x: np.ndarray, nodes: np.ndarray, function) -> np.ndarray:
     square = np.maximum(x - nodes, 0.0) * (x + nodes)
     root = np.sqrt(np.where(square > 0, square, 1.0))
     return np.where(square > 0, function(np.where(x > 0, x, 1.0), nodes, root), 0.0)
-
-
-def _pressure_integral(
-    s: float, a: float, slope: PPoly, second: PPoly, r: np.ndarray, slope_jump: np.ndarray
-) -> float:
-    """Return the integral of g'(x)/sqrt(x^2 - s^2) from s to a, with exchanged integrations.
-
-    g'(x) = int_0^x m(t)/sqrt(x^2 - t^2) dt transforms it to int_0^a m(t) K(t, s) dt with an
-    elliptic kernel, logarithmically singular at t = s.
-    """
-    nodes, weights = double_exponential(4)
-    ends = np.unique(np.concatenate([r[r < a], [a], [s] if s > 0 else []]))
-    lower, width = ends[:-1, None], np.diff(ends)[:, None]
-    t = np.minimum(lower + width * nodes, ends[1:, None])
-    segment = np.searchsorted(r, lower[:, 0], side="right") - 1
-    offset = t - r[segment][:, None]
-    moment = np.zeros_like(t)
-    for polynomial, factor in ((slope, 1.0), (second, t)):
-        values = np.zeros_like(t)
-        for c in polynomial.c:
-            values = values * offset + c[segment][:, None]
-        moment = moment + factor * values
-    # Distance to s from the panel's end, accurate for t close to s.
-    apart = np.where(lower >= s, lower - s + width * nodes, s - t)
-    total = float((moment * _kernel(t, s, a, apart) * width * weights).sum())
-    inner = r[1:-1]
-    kinks = (slope_jump != 0) & (inner < a)
-    b = inner[kinks]
-    if np.any(b == s):
-        return np.inf
-    return total + float((slope_jump[kinks] * b * _kernel(b, s, a, np.abs(b - s))).sum())
 
 
 def _kernel(t: np.ndarray, s: float, a: float, apart: np.ndarray) -> np.ndarray:

@@ -87,8 +87,28 @@ class GridPotential:
         """Yield the displacement on each square of every cell, in the order of `places`."""
         modes = fft.rfft2(pressure, self._padded)
         noise = 1.1 * transform_rounding(*self._padded) + 8 * EPSILON
-        for place in range(len(self.places)):
-            kernels, size = self._kept.get(place) or self._kernels(place)
+        # offsets of the padded grid in cells, negative ones at its end
+        rows, columns = (np.rint(n * fft.fftfreq(n)) for n in self._padded)
+        near = (np.abs(rows[:, None]) <= _NEAR) & (np.abs(columns) <= _NEAR)
+        for place, (x, y) in enumerate(self.places):
+            if place in self._kept:
+                kernels, size = self._kept[place]
+            else:
+                # what a unit pressure on a cell does on one square, over all offsets: value, slopes
+                # along x and y, and the bound of the bend far from the cell
+                step = self.spacing
+                i, j = np.broadcast_arrays(rows[:, None] + x, columns + y)
+                value = love(i, j, (step, step), 1.0)
+                slope_x, slope_y = _slopes(i * step, j * step, step)
+                # the nearest points of square and cell, or none of it near the cell
+                reach = 0.5 * step + self.half
+                apart = np.hypot(*(np.maximum(np.abs(o) * step - reach, 0.0) for o in (i, j)))
+                far = np.where(near, np.inf, apart)
+                # 1/r bends by 2/r^3 towards the cell, by -1/r^3 across; corners are 2^(1/2) half
+                # away
+                bend = step**2 * self.half**2 / far**3 / math.pi
+                parts = [value, slope_x, slope_y, bend]
+                kernels, size = [fft.rfft2(part) for part in parts], self._size(parts)
             if math.prod(self._padded) <= _KEPT:
                 self._kept[place] = kernels, size
             results = [fft.irfft2(modes * kernel, self._padded) for kernel in kernels]
@@ -106,29 +126,6 @@ class GridPotential:
             under = bend + self.spacing * under + slack
             over = 2 * bend + self.spacing * over + slack
             yield Expansion(value, slope_x, slope_y, under, over)
-
-    def _kernels(self, place: int) -> tuple[list[Modes], float]:
-        """Transform what a unit pressure on a cell does on one square, over all offsets.
-
-        Of value, slopes along x and y, and the bound of the bend far from the cell; and the norm of
-        all that makes up a displacement.
-        """
-        step, (x, y) = self.spacing, self.places[place]
-        # offsets of the padded grid in cells, negative ones at its end
-        rows, columns = (np.rint(n * fft.fftfreq(n)) for n in self._padded)
-        i, j = rows[:, None], columns[None, :]
-        near = (np.abs(i) <= _NEAR) & (np.abs(j) <= _NEAR)
-        i, j = np.broadcast_arrays(i + x, j + y)
-        value = love(i, j, (step, step), 1.0)
-        slope_x, slope_y = _slopes(i * step, j * step, step)
-        # the nearest points of square and cell, or none of it near the cell
-        reach = 0.5 * step + self.half
-        apart = np.hypot(*(np.maximum(np.abs(o) * step - reach, 0.0) for o in (i, j)))
-        far = np.where(near, np.inf, apart)
-        # 1/r bends by 2/r^3 towards the cell, by -1/r^3 across; corners are 2^(1/2) half away
-        bend = step**2 * self.half**2 / far**3 / math.pi
-        parts = [value, slope_x, slope_y, bend]
-        return [fft.rfft2(part) for part in parts], self._size(parts)
 
     def _size(self, parts: list[Array]) -> float:
         """Norm of the displacement on a square that value, slopes and bend make up."""

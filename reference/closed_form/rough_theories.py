@@ -200,7 +200,14 @@ class BushGibsonThomas:
         radius = 2 / (root * total * np.cos(angle))
         height = self.moments.lean * root * total * np.ones_like(angle)
         spread = max(self.moments.spread, 1e-9 * math.sqrt(self.moments.height))
-        mean = spread**power * _excess((separation - height) / spread, power)
+        # the mean of (z - low)^power over a standard normal z above low
+        low = (separation - height) / spread
+        deep = np.minimum(low, -30.0)
+        far = (-deep) ** power * (1 + power * (power - 1) / (2 * deep**2))  # all heights are above
+        small = np.clip(low, -30.0, 37.0)
+        unit = gamma(power + 1) / math.sqrt(2 * math.pi)
+        near = unit * np.exp(-(small**2) / 4) * pbdv(-power - 1, small)[0]
+        mean = spread**power * np.where(low < -30.0, far, np.where(low > 37.0, 0.0, near))
         return self.density * float(
             np.sum(weight * radius**radius_power * _ellipses()[factor] * mean)
         )
@@ -213,16 +220,6 @@ def _ellipses() -> tuple[Array, Array]:
     forms = [ellipsoid(stretch, 1 / stretch, 1.0) for stretch in stretches]
     force = np.array([float(form.force(1.0)) for form in forms])
     return force, np.array([float(form.contact_area(1.0)) for form in forms])
-
-
-def _excess(low: Array, power: float) -> Array:
-    """Return the mean of (z - low)^power over a standard normal z above low."""
-    deep = np.minimum(low, -30.0)
-    far = (-deep) ** power * (1 + power * (power - 1) / (2 * deep**2))  # all heights are above
-    small = np.clip(low, -30.0, 37.0)
-    factor = gamma(power + 1) / math.sqrt(2 * math.pi)
-    near = factor * np.exp(-(small**2) / 4) * pbdv(-power - 1, small)[0]
-    return np.where(low < -30.0, far, np.where(low > 37.0, 0.0, near))
 
 
 @dataclass(frozen=True)

@@ -260,30 +260,30 @@ class TabulatedCells:
 
     def response(self) -> Respond:
         """Return a new response of the cells, for one or several calls of `pivot`."""
+        rows, columns, table = self.rows, self.columns, self.table
+
+        def coefficients(points: Indices, loaded: Indices) -> Array:
+            return pairs(rows[points], columns[points], rows[loaded], columns[loaded], table)
+
+        def factorised(inside: Indices) -> Callable[[Array], Array]:
+            if inside.size > CELL_LIMIT:
+                raise ValueError(
+                    f"{inside.size} cells in contact exceed the dense solver's limit of "
+                    f"{CELL_LIMIT}: use descent, or a coarser grid"
+                )
+            matrix = coefficients(inside, inside)
+            try:
+                # transposed, the symmetric matrix has LAPACK's order and is overwritten, not copied
+                factor = cho_factor(matrix.T, lower=True, overwrite_a=True, check_finite=False)
+            except LinAlgError:
+                raise ConvergenceError("the matrix of the contact cells is not definite") from None
+            return partial(cho_solve, factor, check_finite=False)
+
+        def displacement(inside: Indices, pressures: Array) -> Array:
+            return _summed(rows, columns, rows[inside], columns[inside], pressures, table)
+
         # a border costs 2 n^2 operations per changed cell, a new factor n^3/3
-        return bordered(self._coefficients, self._factorised, self._displacement, 1 / 6)
-
-    def _factorised(self, inside: Indices) -> Callable[[Array], Array]:
-        if inside.size > CELL_LIMIT:
-            raise ValueError(
-                f"{inside.size} cells in contact exceed the dense solver's limit of "
-                f"{CELL_LIMIT}: use descent, or a coarser grid"
-            )
-        matrix = self._coefficients(inside, inside)
-        try:
-            # transposed, the symmetric matrix has LAPACK's order and is overwritten, not copied
-            factor = cho_factor(matrix.T, lower=True, overwrite_a=True, check_finite=False)
-        except LinAlgError:
-            raise ConvergenceError("the matrix of the contact cells is not definite") from None
-        return partial(cho_solve, factor, check_finite=False)
-
-    def _displacement(self, inside: Indices, pressures: Array) -> Array:
-        places = self.rows, self.columns, self.rows[inside], self.columns[inside]
-        return _summed(*places, pressures, self.table)
-
-    def _coefficients(self, points: Indices, loaded: Indices) -> Array:
-        places = self.rows[points], self.columns[points], self.rows[loaded], self.columns[loaded]
-        return pairs(*places, self.table)
+        return bordered(coefficients, factorised, displacement, 1 / 6)
 
 
 @njit(cache=True)

@@ -121,14 +121,10 @@ class GridBody(OfBody):
         self.rim_excess = compressible + 2 * ratio * (incompressible - compressible)
         self.contact_compliance = contact_compliance
 
-    def _elastic(self) -> Array:
-        """Compliance of the body without its contact's, as the kind of body keeps it."""
-        raise NotImplementedError
-
     @property
     def elastic(self) -> Array:
-        """Compliance of the body alone (kept)."""
-        return self.cached("elastic", self._elastic)
+        """Compliance of the body without its contact's, as the kind of body keeps it."""
+        raise NotImplementedError
 
     def _alike(
         self, shape: tuple[int, int], spacing: tuple[float, float], more: float = 0.0
@@ -152,8 +148,11 @@ class PeriodicBody(GridBody):
 
     periodic = True
 
-    def _elastic(self) -> Array:
-        return modes(self.shape, self.spacing, self.body, self.element, self.bottom)
+    @property
+    def elastic(self) -> Array:
+        """Displacement per pressure of waves."""
+        form = self.body, self.element, self.bottom
+        return self.cached("elastic", lambda: modes(self.shape, self.spacing, *form))
 
     def _transfer(self) -> Array:
         return self.elastic + self.contact_compliance
@@ -180,15 +179,21 @@ class FreeBody(GridBody, FreeOperator):
 
         return self.cached("body", make)[: shape[0], : shape[1]]
 
-    def _elastic(self) -> Array:
-        rows, columns = self.shape
-        period = _period(self.shape, self.spacing, _APART)
-        more = modes(period, self.spacing, self.body, self.element, self.bottom)
-        local = is_local(self.body, self.shape, period, self.spacing)
-        if not local:
-            more -= cell_modes(self.body, period, self.spacing)
-        nearby = fft.irfft2(more, period, workers=1)[:rows, :columns].copy()
-        return nearby if local else cell_coefficients(self.body, self.shape, self.spacing) + nearby
+    @property
+    def elastic(self) -> Array:
+        """Displacement per pressure at offsets of cells."""
+
+        def make() -> Array:
+            rows, columns = self.shape
+            period = _period(self.shape, self.spacing, _APART)
+            more = modes(period, self.spacing, self.body, self.element, self.bottom)
+            local = is_local(self.body, self.shape, period, self.spacing)
+            if not local:
+                more -= cell_modes(self.body, period, self.spacing)
+            near = fft.irfft2(more, period, workers=1)[:rows, :columns].copy()
+            return near if local else cell_coefficients(self.body, self.shape, self.spacing) + near
+
+        return self.cached("elastic", make)
 
     def _part(self, shape: tuple[int, int]) -> Self:
         part = self._alike(shape, self.spacing)

@@ -126,21 +126,22 @@ class MultigridFlexibility:
 
     def solve(self, loads: Array) -> Array:
         """Return the displacements (3 nodes, k) under loads, by `conjugate_gradients`."""
-        values, steps = conjugate_gradients(
-            self.stiffness.__matmul__, self._cycle, loads, COLUMN_TOLERANCE
+
+        def cycle(residual: Array) -> Array:
+            """Return the correction of a V-cycle: one step of damped Jacobi before, one after."""
+            right, below = residual.astype(np.float32), []
+            for matrix, jacobi, prolongation, restriction in self.levels:
+                values = jacobi * right
+                below.append((matrix, jacobi, prolongation, values, right))
+                right = restriction @ (right - matrix @ values)
+            correction = self.coarsest @ right
+            for matrix, jacobi, prolongation, values, right in reversed(below):
+                values += prolongation @ correction
+                correction = values + jacobi * (right - matrix @ values)
+            return correction.astype(float)
+
+        solved, steps = conjugate_gradients(
+            self.stiffness.__matmul__, cycle, loads, COLUMN_TOLERANCE
         )
         self.iterations.append(steps)
-        return values
-
-    def _cycle(self, residual: Array) -> Array:
-        """Return the correction of a V-cycle: one step of damped Jacobi before, one after."""
-        right, below = residual.astype(np.float32), []
-        for matrix, jacobi, prolongation, restriction in self.levels:
-            values = jacobi * right
-            below.append((matrix, jacobi, prolongation, values, right))
-            right = restriction @ (right - matrix @ values)
-        correction = self.coarsest @ right
-        for matrix, jacobi, prolongation, values, right in reversed(below):
-            values += prolongation @ correction
-            correction = values + jacobi * (right - matrix @ values)
-        return correction.astype(float)
+        return solved

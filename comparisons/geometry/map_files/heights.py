@@ -85,8 +85,8 @@ def read_heights(path: Path, surface: MeasuredMap) -> Heights:
 
 def cut(path: Path, surface: MeasuredMap) -> dict[str, Any]:
     """Open a file, check its points and return the crop: the fields of `Heights`."""
-    # Each format imports its optional library, in the process that reads.
-    from comparisons.geometry.map_files import hdf5, instruments, text, tiff
+    # Optional libraries are imported in the process that reads.
+    from comparisons.geometry.map_files import libraries, text
 
     suffix = path.suffix.lower()
     if suffix == ".npy":
@@ -94,13 +94,13 @@ def cut(path: Path, surface: MeasuredMap) -> dict[str, Any]:
     elif suffix in PLAIN_FORMATS:
         file = text.open_table(path, surface)
     elif suffix in HDF5_FORMATS:
-        file = hdf5.open_hdf5(path, surface)
+        file = libraries.open_hdf5(path, surface)
     elif text.is_xyz(path):
         file = text.open_xyz(path, surface)
-    elif tiff.is_plain_tiff(path):
-        file = tiff.open_tiff(path, surface)
+    elif libraries.is_plain_tiff(path):
+        file = libraries.open_tiff(path, surface)
     else:
-        file = instruments.open_instrument(path, surface)
+        file = libraries.open_instrument(path, surface)
     shape = tuple(int(points) for points in file.values.shape)
     problems = shape_problems(shape)
     if file.values.dtype.kind not in "iuf":

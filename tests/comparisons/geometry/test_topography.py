@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from comparisons.geometry.map_files import hdf5, instruments, tiff
+from comparisons.geometry.map_files import libraries
 from comparisons.geometry.reading import FileError
 from comparisons.geometry.topography import read_map
 from comparisons.scene.surface import MeasuredMap
@@ -370,9 +370,9 @@ def test_maps_beyond_the_memory_are_refused_before_they_are_read(
 @pytest.mark.parametrize(
     ("package", "opened", "extra"),
     [
-        ("SurfaceTopography", instruments.open_instrument, "topography"),
-        ("tifffile", tiff.open_tiff, "topography"),
-        ("h5py", hdf5.open_hdf5, "challenge"),
+        ("SurfaceTopography", libraries.open_instrument, "topography"),
+        ("tifffile", libraries.open_tiff, "topography"),
+        ("h5py", libraries.open_hdf5, "challenge"),
     ],
 )
 def test_without_an_optional_package_the_message_names_it(

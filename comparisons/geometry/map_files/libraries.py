@@ -1,4 +1,9 @@
-"""Instrument formats, read by SurfaceTopography (optional extra ``topography``)."""
+"""Files that optional libraries read: formats of instruments, TIFF images, HDF5.
+
+Instruments by SurfaceTopography and images by tifffile (extra ``topography``). HDF5, as which the
+Contact Mechanics Challenge publishes its surfaces, by h5py (extra ``challenge``; ``topography``
+brings it, too): only the crop is read, as 65536 x 65536 points in double precision are 34 GB.
+"""
 
 from __future__ import annotations
 
@@ -13,6 +18,7 @@ from comparisons.geometry.map_files.heights import (
     HeightFile,
     memory_problems,
     shape_problems,
+    stated_problems,
 )
 from comparisons.geometry.reading import FileError, quiet, shorten
 from comparisons.scene.surface import MeasuredMap
@@ -144,3 +150,111 @@ def _metadata_problems(info: Any, stated: MeasuredMap) -> list[str]:
     if not file_size and stated.lateral_unit is not None:
         problems.append("lateral_unit was given, but the file has no lengths along x and y")
     return problems
+
+
+# Park Systems stores heights in private tags beside a picture; this tag marks its files.
+_PARK_SYSTEMS = 50432
+
+
+def is_plain_tiff(path: Path) -> bool:
+    """Return whether a file is a TIFF image, but not of an instrument format."""
+    with path.open("rb") as file:
+        magic = file.read(2)
+    if path.suffix.lower() not in (".tif", ".tiff") or magic not in (b"II", b"MM"):
+        return False
+    with quiet(), _image(path) as image:
+        return not len(image.pages) or _PARK_SYSTEMS not in image.pages[0].tags
+
+
+def open_tiff(path: Path, surface: MeasuredMap) -> HeightFile:
+    """Read one page of a TIFF: x to the right, y upwards, pixels in `height_unit`."""
+    with quiet(), _image(path) as image:
+        pages = len(image.pages)
+        if pages == 0:
+            raise FileError("not a readable TIFF image (it has no page)")
+        listing = f"pages 0 to {pages - 1}"
+        if surface.channel is None and pages > 1:
+            raise FileError(f"the image has {listing}: choose one as channel")
+        number = surface.channel or "0"
+        if number not in map(str, range(pages)):
+            raise FileError(f"has no page {number!r}, only {listing}")
+        page = image.pages[int(number)]
+        kind = np.dtype(page.dtype or "V")
+        if page.samplesperpixel != 1 or page.photometric == 3 or page.colormap is not None:
+            problems = [
+                "a picture in colours, no map: export the heights themselves, as 32-bit TIFF"
+            ]
+        elif kind.kind not in "iuf" or kind.itemsize < 2:
+            problems = [
+                f"pixels of {8 * kind.itemsize} bits ({kind}) are a picture, no map: export the "
+                "heights themselves, as 32-bit TIFF"
+            ]
+        else:
+            points = int(np.prod(page.shape, dtype=object))
+            problems = shape_problems(page.shape) or memory_problems(points)
+        problems += stated_problems(surface, "a TIFF image")
+        if problems:
+            raise FileError(*problems)
+        try:
+            pixels = np.asarray(page.asarray())
+        except Exception as error:  # decoders raise various types of exceptions
+            raise FileError(f"the pixels cannot be read ({shorten(error)})") from error
+    assert surface.size is not None
+    assert surface.height_unit is not None
+    whole = pixels.dtype.kind != "f"
+    taken = f", whole numbers ({pixels.dtype}) taken as heights" if whole else ""
+    position = f"page {number} of " if pages > 1 else ""
+    note = (
+        f"heights in {surface.height_unit} read from {position}{path.name}{taken}, x to the right, "
+        "y upwards"
+    )
+    # The first line of an image is at the top.
+    return HeightFile(np.flip(pixels.T, axis=1), surface.size, surface.height_unit, note)
+
+
+def _image(path: Path) -> Any:
+    try:
+        import tifffile
+    except ImportError as error:
+        needed = "TIFF needs the optional package tifffile: pip install roughline[topography]"
+        raise FileError(needed) from error
+    try:
+        return tifffile.TiffFile(path)
+    except (tifffile.TiffFileError, OSError, ValueError, LookupError) as error:
+        raise FileError(f"not a readable TIFF image ({shorten(error)})") from error
+
+
+def open_hdf5(path: Path, surface: MeasuredMap) -> HeightFile:
+    """Open the only map of an HDF5 file, or the one that `channel` names; first index along x.
+
+    Only what is in this very file counts: no links to others, no heights kept in others.
+    """
+    try:
+        import h5py
+    except ImportError:
+        needed = "HDF5 needs the optional package h5py: pip install roughline[challenge]"
+        raise FileError(needed) from None
+    problems = stated_problems(surface, "a dataset of an HDF5 file")
+    if problems:
+        raise FileError(*problems)
+    assert surface.size is not None
+    assert surface.height_unit is not None
+    maps: dict[str, Any] = {}
+
+    def note_map(name: str, item: Any) -> None:
+        if isinstance(item, h5py.Dataset) and item.ndim == 2:
+            maps[name] = item
+
+    try:
+        h5py.File(path, "r").visititems(note_map)  # each item once, also in circles
+    except (OSError, RuntimeError) as error:
+        raise FileError(f"not a readable HDF5 file ({shorten(error)})") from error
+    name = surface.channel if surface.channel is not None or len(maps) != 1 else next(iter(maps))
+    if name not in maps:
+        wanted = "one map" if name is None else f"the map {name!r}"
+        listed = ", ".join(map(repr, maps)) or "none"
+        raise FileError(f"expected {wanted}, the two-dimensional datasets are {listed}")
+    if maps[name].is_virtual or maps[name].external:
+        raise FileError("its heights are in other files: copy them into one")
+    note = f"heights in {surface.height_unit} read from {path.name}: {name}, first index along x"
+    return HeightFile(maps[name], surface.size, surface.height_unit, note, holes_marked=False)
