@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from markupsafe import Markup
 
-from reports.tables.cells import Cell, Table, tone
+from reports.tables.cells import Table, tone
 
 _OPEN, _NONE = ("#5c5300", "#f6f0c4"), ("#444444", "#e9eaec")
 _COLOURS = {
@@ -34,17 +34,12 @@ def table(drawn: Table) -> Markup:
     """Return a table with left-aligned text, coloured verdicts and all text escaped."""
     tag = Markup('<t{0} style="text-align:left;padding:.15em .6em">{1}</t{0}>')
     head = Markup("").join(tag.format("h", cell.text) for cell in drawn.heads)
-    body = Markup("").join(
-        Markup("<tr>{}</tr>").format(
-            Markup("").join(tag.format("d", _markup(cell)) for cell in row)
-        )
-        for row in drawn.rows
-    )
+    body = Markup("")
+    for row in drawn.rows:
+        texts = (Markup(" ").join(map(badge, c.badges)) if c.badges else c.text for c in row)
+        cells = Markup("").join(tag.format("d", text) for text in texts)
+        body += Markup("<tr>{}</tr>").format(cells)
     return Markup("<table><thead><tr>{}</tr></thead><tbody>{}</tbody></table>").format(head, body)
-
-
-def _markup(cell: Cell) -> str | Markup:
-    return Markup(" ").join(map(badge, cell.badges)) if cell.badges else cell.text
 
 
 def block(heading: str, *parts: object) -> str:

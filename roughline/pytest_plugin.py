@@ -53,10 +53,13 @@ def roughline_check(request: pytest.FixtureRequest) -> Callable[..., None]:
             message = "\n".join([SHADOWED, *shadows])
             pytest.fail(message, pytrace=False)
         from comparisons.errors import InputError
+        from comparisons.methods.registry import add_class
         from comparisons.questions.check import CHECK_SCENES, MODEL_TOLERANCE, check_against
 
         path = request.path.parent / baseline
-        name, scenes = _registered(method), scenes or CHECK_SCENES
+        scenes = scenes or CHECK_SCENES
+        # A class is known by its name for the rest of the session.
+        name = method if isinstance(method, str) else add_class(method)
         allowed = MODEL_TOLERANCE if tolerance is None else tolerance
         if request.config.getoption(UPDATE):
             check_against(path, name, scenes, tolerance=allowed, update=True)
@@ -71,12 +74,3 @@ def roughline_check(request: pytest.FixtureRequest) -> Callable[..., None]:
             pytest.fail(f"against {path}:\n{message}", pytrace=False)
 
     return check
-
-
-def _registered(method: str | type[Solver]) -> str:
-    """Make a class known by its name for the rest of the session."""
-    if isinstance(method, str):
-        return method
-    from comparisons.methods.registry import add_class
-
-    return add_class(method)

@@ -30,8 +30,24 @@ FOLDER = "claims"  # where `roughline claims` writes, beside the folders of stud
 
 
 def claims_page(record: ClaimsRecord) -> str:
-    """Return the verdicts and their evidence as one HTML page."""
-    views = [_view(claim) for claim in record.claims]
+    """Return the verdicts and their evidence as one HTML page; the largest error decides."""
+    views = []
+    for claim in record.claims:
+        largest = max(claim.measured, key=lambda p: -1.0 if p.error is None else abs(p.error))
+        along_others = (along(claim, nuisance) for nuisance in claim.nuisances)
+        figures = [evidence(claim), boundary_map(claim), *along_others]
+        views.append(
+            SimpleNamespace(
+                record=claim,
+                anchor=f"claim-{claim.id}",
+                text=error_text(largest, claim.factor),
+                error=math.nan if largest.error is None else largest.error,
+                uncertainty=math.nan if largest.uncertainty is None else largest.uncertainty,
+                figures=[figure for figure in figures if figure is not None],
+                measurements=measurements(claim),
+                openness=beyond(claim) if claim.nuisances else None,
+            )
+        )
     by_voice: dict[str, list[SimpleNamespace]] = {}
     for view in views:
         by_voice.setdefault(view.record.voice, []).append(view)
@@ -52,22 +68,6 @@ def claims_page(record: ClaimsRecord) -> str:
 def _tally(claims: Iterable[ClaimRecord]) -> list[tuple[str, int]]:
     counts = Counter(claim.verdict for claim in claims)
     return [(word, counts[word]) for word in VERDICTS if counts[word]]
-
-
-def _view(claim: ClaimRecord) -> SimpleNamespace:
-    """Return what the template shows of one claim; its largest error decides."""
-    largest = max(claim.measured, key=lambda p: -1.0 if p.error is None else abs(p.error))
-    figures = [evidence(claim), boundary_map(claim), *(along(claim, n) for n in claim.nuisances)]
-    return SimpleNamespace(
-        record=claim,
-        anchor=f"claim-{claim.id}",
-        text=error_text(largest, claim.factor),
-        error=math.nan if largest.error is None else largest.error,
-        uncertainty=math.nan if largest.uncertainty is None else largest.uncertainty,
-        figures=[figure for figure in figures if figure is not None],
-        measurements=measurements(claim),
-        openness=beyond(claim) if claim.nuisances else None,
-    )
 
 
 @dataclass(frozen=True)

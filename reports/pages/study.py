@@ -29,14 +29,14 @@ from reports.pages.page import render
 from reports.pictures import pictures
 from reports.plots import curves, errors, physics, pressure, speed, stored, surfaces
 from reports.plots.claims import validity_map
+from reports.plots.errors import sweeps
 from reports.plots.figure import Figure
 from reports.plots.model import failure_view, reduced_picture
 from reports.plots.style import look
-from reports.plots.sweeps import sweeps
 from reports.tables import cells
 from reports.tables import scene as tables
 from reports.tables.card import card, not_known_here
-from reports.tables.cells import Cell, Head, Table, table
+from reports.tables.cells import Head, Table, table
 from reports.tables.judged import finding_table
 from reports.tables.runs import plan_rows
 from reports.tables.scene import values
@@ -224,14 +224,20 @@ def times_to_errors(scene: SceneRecord, advice: Advice) -> Table:
     heads = (
         Head(f"time to {fmt.tolerance(error)}", csv=f"time to {error:g} / s") for error in errors
     )
-    rows = (
-        (
-            cells.method(name, scene=scene),
-            *(_time_cell(settings.get(name)) for settings in columns.values()),
-        )
-        for name in scene.methods
-        if name in methods
-    )
+    rows = []
+    for name in scene.methods:
+        if name not in methods:
+            continue
+        row = [cells.method(name, scene=scene)]
+        for settings in columns.values():
+            setting = settings.get(name)
+            if setting is None:
+                row.append(cells.NOTHING)
+                continue
+            star = "*" if setting.judges_itself and not setting.is_truth else ""
+            text = f"{fmt.duration(setting.seconds)}{star} (N = {setting.resolution})"
+            row.append(cells.number(text, setting.seconds))
+        rows.append(row)
     quantities = ", ".join(quantity(name).label for name in advice.quantities)
     note = (
         "Measured time of the cheapest setting that was run with |e| + u below this value in "
@@ -239,14 +245,6 @@ def times_to_errors(scene: SceneRecord, advice: Advice) -> Table:
         f"–: none. {ITSELF}; the reference counts with its own error bar."
     )
     return table(("method", *heads), rows, note=note)
-
-
-def _time_cell(setting: Setting | None) -> Cell:
-    if setting is None:
-        return cells.NOTHING
-    star = "*" if setting.judges_itself and not setting.is_truth else ""
-    text = f"{fmt.duration(setting.seconds)}{star} (N = {setting.resolution})"
-    return cells.number(text, setting.seconds)
 
 
 # Tolerances that the slider offers; in the middle of a decade 2 and 5, as on every axis.

@@ -14,7 +14,7 @@ import numpy as np
 from comparisons import formatting as fmt
 from comparisons.facts.methods import ours
 from comparisons.facts.quantities import in_order, quantity
-from comparisons.judging.verdicts import NO_RESULT, Verdict
+from comparisons.judging.verdicts import NO_RESULT
 from comparisons.results.finding import deciding
 from comparisons.results.record import SceneRecord
 from reports.paper.style import (
@@ -247,16 +247,37 @@ def verdict_map(scenes: Sequence[SceneRecord]) -> Figure | None:
     if not names:
         return None
     ink = look(scenes[0].judged_methods[0]).colour
+    # Of each quantity markers, bars, arrows at both edges, and crosses.
     series: list[Series] = []
     for number, name in enumerate(names):
-        style = Look(quantity(name).label, ink, MARKERS[number % len(MARKERS)], size=9)
         items = [
             (height + SPREAD * ((place + 0.5) / len(row) - 0.5), item)
             for height, row in enumerate(rows)
             for place, item in enumerate(row)
             if item.quantity == name
         ]
-        series += _quantity_series(style, items)
+        known = [(height, item) for height, item in items if item.word != NO_RESULT]
+        heights = np.array([height for height, _ in known])
+        sizes = np.array([abs(item.error) / item.tolerance for _, item in known])
+        bars = np.nan_to_num([item.uncertainty / item.tolerance for _, item in known])
+        low = np.array([item.error < 0 for _, item in known], dtype=bool)
+        hover = tuple(f"{item.text}\n{item.because}: {item.word}" for _, item in known)
+        inside = np.where((sizes > LOW) & (sizes < HIGH), sizes, np.nan)
+        style = Look(quantity(name).label, ink, MARKERS[number % len(MARKERS)], size=9)
+        series.append(Series(style, inside, heights, line=False, hollow=low, hover=hover))
+        # The bars are one line with gaps.
+        ends = np.clip([np.maximum(sizes - bars, 0.0), sizes + bars, sizes], LOW, HIGH)
+        ends[2] = np.nan
+        nameless = style.labelled("")
+        along = ends.T.ravel(), np.repeat(heights, 3)
+        series.append(Series(nameless, *along, marks=False, width=1.2))
+        for marker, edge, beyond in ((UNDER, LOW, sizes <= LOW), (OVER, HIGH, sizes >= HIGH)):
+            arrows = np.where(beyond, edge, np.nan)
+            series.append(Series(replace(nameless, marker=marker), arrows, heights, line=False))
+        lost = np.array([height for height, item in items if item.word == NO_RESULT])
+        label = f"{style.label}: no result" if len(lost) else ""
+        crossed = replace(style, label=label, marker=CROSS)
+        series.append(Series(crossed, np.full(len(lost), 0.8 * HIGH), lost, line=False))
     ticks = tuple((float(number), label) for number, label in enumerate(labels))
     return Figure(
         "verdicts",
@@ -267,28 +288,3 @@ def verdict_map(scenes: Sequence[SceneRecord]) -> Figure | None:
         tuple(series),
         guides=(Guide(1.0, colour=INK),),
     )
-
-
-def _quantity_series(style: Look, items: list[tuple[float, Verdict]]) -> list[Series]:
-    """Return markers, bars, arrows at both edges, and crosses of one quantity."""
-    known = [(height, item) for height, item in items if item.word != NO_RESULT]
-    heights = np.array([height for height, _ in known])
-    sizes = np.array([abs(item.error) / item.tolerance for _, item in known])
-    bars = np.nan_to_num([item.uncertainty / item.tolerance for _, item in known])
-    low = np.array([item.error < 0 for _, item in known], dtype=bool)
-    hover = tuple(f"{item.text}\n{item.because}: {item.word}" for _, item in known)
-    inside = np.where((sizes > LOW) & (sizes < HIGH), sizes, np.nan)
-    # The bars are one line with gaps.
-    ends = np.clip([np.maximum(sizes - bars, 0.0), sizes + bars, sizes], LOW, HIGH)
-    ends[2] = np.nan
-    nameless = replace(style, label="")
-    series = [
-        Series(style, inside, heights, line=False, hollow=low, hover=hover),
-        Series(nameless, ends.T.ravel(), np.repeat(heights, 3), marks=False, width=1.2),
-    ]
-    for marker, edge, beyond in ((UNDER, LOW, sizes <= LOW), (OVER, HIGH, sizes >= HIGH)):
-        arrows = np.where(beyond, edge, np.nan)
-        series.append(Series(replace(nameless, marker=marker), arrows, heights, line=False))
-    lost = np.array([height for height, item in items if item.word == NO_RESULT])
-    crossed = replace(style, label=f"{style.label}: no result" if len(lost) else "", marker=CROSS)
-    return [*series, Series(crossed, np.full(len(lost), 0.8 * HIGH), lost, line=False)]

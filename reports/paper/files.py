@@ -31,7 +31,7 @@ from reports.paper.figures import (
 )
 from reports.paper.style import FORMATS, PAGE, PaperFigure
 from reports.plots.axes import FOOT_NOTE
-from reports.plots.sweeps import sweeps
+from reports.plots.errors import sweeps
 from reports.tables.card import card
 from reports.tables.judged import finding_table, methods_table, printed_verdicts
 from reports.tables.scene import printed_settings, values
@@ -62,7 +62,19 @@ def write_paper(
     if not study.scenes:
         raise InputError(f"{study.directory}: no scene has results; --resume finishes the run")
     drawable = _drawable(study)
-    _check(suffixes, figures, drawable)
+    # Formats and names that do not exist are refused all at once.
+    problems = []
+    unknown = [suffix for suffix in suffixes if suffix not in FORMATS]
+    if unknown or not suffixes:
+        allowed = ", ".join(FORMATS)
+        problems.append(f"--format: expected {allowed}, got {', '.join(unknown) or 'none'}")
+    for pattern in figures:
+        # A run without results has no figure at all, and what is chosen by default may be missing.
+        if pattern not in CHOSEN and not any(fnmatchcase(name, pattern) for name in drawable):
+            known = ", ".join(islice(drawable, 8))
+            problems.append(f"--figures: no figure {pattern!r}; there are {known}, ...")
+    if problems:
+        raise InputError("\n".join(problems))
     chosen = [
         drawable[name]
         for name in drawable
@@ -135,22 +147,6 @@ def _drawable(study: StudyRecord) -> dict[str, Drawable]:
     return {entry.name: entry for entry in (*first, *others)}
 
 
-def _check(suffixes: Sequence[str], patterns: Sequence[str], drawable: dict[str, Drawable]) -> None:
-    """Refuse formats and names of figures that do not exist, all at once."""
-    problems = []
-    unknown = [suffix for suffix in suffixes if suffix not in FORMATS]
-    if unknown or not suffixes:
-        allowed = ", ".join(FORMATS)
-        problems.append(f"--format: expected {allowed}, got {', '.join(unknown) or 'none'}")
-    for pattern in patterns:
-        # A run without results has no figure at all, and what is chosen by default may be missing.
-        if pattern not in CHOSEN and not any(fnmatchcase(name, pattern) for name in drawable):
-            known = ", ".join(islice(drawable, 8))
-            problems.append(f"--figures: no figure {pattern!r}; there are {known}, ...")
-    if problems:
-        raise InputError("\n".join(problems))
-
-
 def _index(
     study: StudyRecord, entries: list[Drawable], suffixes: Sequence[str], left: list[str]
 ) -> str:
@@ -214,10 +210,14 @@ def write_mailed(record: StudyRecord, directory: Path) -> Path:
     figures = {scene.name: overview(scene) for scene in record.scenes}
     figures[SWEEP] = sheet(sweeps(record.scenes))
     for dots, colours in QUALITIES:
-        images = {
-            name: b"" if figure is None else _png(figure, dots, colours)
-            for name, figure in figures.items()
-        }
+        images = dict.fromkeys(figures, b"")
+        for name, figure in figures.items():
+            if figure is not None:
+                drawn, small = BytesIO(), BytesIO()
+                figure.savefig(drawn, format="png", dpi=dots)
+                whole = Image.open(drawn).convert("RGB")
+                whole.quantize(colours).save(small, "png", optimize=True)
+                images[name] = small.getvalue()
         if sum(map(len, images.values())) <= MOST_BYTES:
             break
     path = directory / MAILED
@@ -235,11 +235,3 @@ def write_mailed(record: StudyRecord, directory: Path) -> Path:
     )
     write_text(path, page)
     return path
-
-
-def _png(figure: PaperFigure, dots: int, colours: int) -> bytes:
-    """Return a figure as an image of few colours."""
-    drawn, small = BytesIO(), BytesIO()
-    figure.savefig(drawn, format="png", dpi=dots)
-    Image.open(drawn).convert("RGB").quantize(colours).save(small, "png", optimize=True)
-    return small.getvalue()

@@ -34,7 +34,7 @@ from reports.plots.stored import stored_fields
 FOLDER = "pictures"  # in the results folder
 MOST_BYTES = 4_000_000  # of a stored picture
 DIGITS = 32  # of a digest
-DRAWING = ("rendering.py", "shapes.py")  # what a picture depends on besides its data
+DRAWING = "rendering.py"  # what a picture depends on besides its data
 STARTUP_SECONDS, PICTURE_SECONDS = 60.0, 30.0
 NOTHING = "No picture: no method stored a surface or a body for this scene."
 RENDERER_MISSING = "No picture: this machine has no working renderer."
@@ -100,7 +100,7 @@ def stored_or_rendered(jobs: Sequence[dict[str, np.ndarray]], folder: Path) -> l
     A picture is named by the digest of its data and of the program that draws it; those of no job
     are removed.
     """
-    code = b"".join(Path(__file__).with_name(name).read_bytes() for name in DRAWING)
+    code = Path(__file__).with_name(DRAWING).read_bytes()
     paths, images = [], []
     for job in jobs:
         digest = hashlib.sha256(code)

@@ -11,7 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from reports.pictures.shapes import deformed_piece, opened_surface, pressure_hill, rough_surface
+from reports.pictures.rendering import (
+    deformed_piece,
+    opened_surface,
+    pressure_hill,
+    rough_surface,
+)
 from reports.plots.style import CONTACT
 
 MOST_POINTS = 96  # per side of a surface

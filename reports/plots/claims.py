@@ -154,7 +154,21 @@ def validity_map(scenes: Sequence[SceneRecord]) -> Figure | None:
             rows.setdefault(key, []).append((record.name, answer))
     if not rows:
         return None
-    series = _stretches([items[0][1].measured for items in rows.values()])
+    # The measured points of each claim by their word, those that hold joined to a bar.
+    series = []
+    claims = [items[0][1].measured for items in rows.values()]
+    for word, style in LOOKS.items():
+        points: list[tuple[float, float, str]] = []
+        for row, measured in enumerate(claims):
+            for place, error, bar in measured.points:
+                own = judged(error, bar, measured.tolerance).word == word
+                text = f"{measured.parameter} = {place:.3g}\n{fmt.plus_minus(error, bar)}"
+                points.append((_place(measured, place) if own else np.nan, float(row), text))
+            points.append((np.nan, float(row), ""))
+        x, y, hover = zip(*points, strict=True)
+        if np.isfinite(x).any():
+            at = np.array(x), np.array(y)
+            series.append(Series(style, *at, line=word == WITHIN, hover=hover, width=6.0))
     marks = []
     for row, items in enumerate(rows.values()):
         for name, answer in items:
@@ -181,27 +195,3 @@ def validity_map(scenes: Sequence[SceneRecord]) -> Figure | None:
 def _place(measured: Measured, value: float) -> float:
     low, high = (measured.along(end) for end in measured.ends)
     return float(np.clip((measured.along(value) - low) / (high - low), -0.02, 1.02))
-
-
-def _stretches(rows: list[Measured]) -> list[Series]:
-    """Return the measured points of each claim by their word, those that hold joined to a bar."""
-    series = []
-    for word, style in LOOKS.items():
-        x: list[float] = []
-        y: list[float] = []
-        hover: list[str] = []
-        for row, measured in enumerate(rows):
-            judgements = [judged(e, u, measured.tolerance).word for _, e, u in measured.points]
-            for (place, error, bar), own in zip(measured.points, judgements, strict=True):
-                x.append(_place(measured, place) if own == word else np.nan)
-                y.append(float(row))
-                hover.append(f"{measured.parameter} = {place:.3g}\n{fmt.plus_minus(error, bar)}")
-            x.append(np.nan)
-            y.append(float(row))
-            hover.append("")
-        if np.isfinite(x).any():
-            line = word == WITHIN
-            series.append(
-                Series(style, np.array(x), np.array(y), line, hover=tuple(hover), width=6.0)
-            )
-    return series

@@ -1,14 +1,16 @@
-"""Error plots: the errors of the compared quantities at every load step."""
+"""Error plots: the errors of the compared quantities at every load step, and along a sweep."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from comparisons import formatting as fmt
 from comparisons.facts.methods import MODEL
-from comparisons.facts.quantities import NORMAL, quantity
+from comparisons.facts.quantities import NORMAL, in_order, quantity
 from comparisons.judging.metrics import at_equal
 from comparisons.results.record import SceneRecord
 from comparisons.results.rows import Rows
@@ -18,6 +20,7 @@ from reports.plots.axes import (
     error_axis,
     error_range,
     failed,
+    padded,
     parted,
     refusal,
     sign_marks,
@@ -27,7 +30,7 @@ from reports.plots.axes import (
     with_foot,
 )
 from reports.plots.curves import TRUTH_BAR
-from reports.plots.figure import Band, Figure, Guide, Series, Stretch
+from reports.plots.figure import Axis, Band, Figure, Guide, Series, Stretch
 from reports.plots.style import CIRCLE, INK, drawing_order, look
 
 CAPTION = (
@@ -36,6 +39,11 @@ CAPTION = (
     f"{SIGN_NOTE} {FOOT_NOTE}"
 )
 PATH_CAPTION = "Errors are relative to the largest value along the path, which passes through zero."
+SWEEP_CAPTION = (
+    "Largest error over the loads of each scene, of each method at its finest resolution, with its "
+    f"uncertainty. Horizontal lines: tolerances. {SIGN_NOTE} {FOOT_NOTE}"
+)
+MOST_TICKS = 10
 PREMISE = 0.1  # of the apparent area: rough lines are for real contact areas far below
 
 
@@ -90,6 +98,16 @@ def _figure(
     bars = np.where(bars > low, bars, np.nan)
     places = scene.compared_along(longest)
     floor = Band(places, np.full(len(places), low), bars, label=TRUTH_BAR)
+    # a ring around the error that decided, for the method that the page leads with
+    leading = scene.judged_methods[0]
+    verdict = next((v for v in scene.verdicts_on(leading) if v.quantity == name), None)
+    if verdict and verdict.step >= 0 and leading in tables:
+        rows = tables[leading]
+        rows = rows.where(rows["step"] == verdict.step)
+        at = scene.compared_along(rows), np.maximum(np.abs(rows[f"error_{name}"]), low)
+        style = replace(look(leading), label="decided here", marker=CIRCLE, colour=INK)
+        hover = (f"{verdict.text}\n{verdict.because}: {verdict.word}",) * len(at[0])
+        series.append(Series(style, *at, line=False, hollow=True, size=16, hover=hover))
     # failed load steps: crosses at the upper edge, with the reason on hover
     lost: dict[str, dict[float, list[str]]] = {}
     for item in scene.failures:
@@ -103,7 +121,6 @@ def _figure(
         upright,
         (
             *series,
-            *_decided(scene, name, tables, low),
             *(
                 failed(look(method, scene), reasons, high, map("\n".join, reasons.values()))
                 for method, reasons in lost.items()
@@ -113,21 +130,6 @@ def _figure(
         (tolerance_line(scene.tolerance),),
         quantity=name,
     )
-
-
-def _decided(scene: SceneRecord, name: str, tables: dict[str, Rows], low: float) -> list[Series]:
-    """Return a ring around the error that decided, for the method that the page leads with."""
-    method = scene.judged_methods[0]
-    verdict = next((v for v in scene.verdicts_on(method) if v.quantity == name), None)
-    if verdict is None or verdict.step < 0 or method not in tables:
-        return []
-    rows = tables[method]
-    rows = rows.where(rows["step"] == verdict.step)
-    loads = scene.compared_along(rows)
-    size = np.maximum(np.abs(rows[f"error_{name}"]), low)
-    style = replace(look(method), label="decided here", marker=CIRCLE, colour=INK)
-    hover = (f"{verdict.text}\n{verdict.because}: {verdict.word}",) * len(loads)
-    return [Series(style, loads, size, line=False, hollow=True, size=16, hover=hover)]
 
 
 def _with_premise(scene: SceneRecord, figures: list[Figure]) -> list[Figure]:
@@ -170,3 +172,88 @@ def _with_premise(scene: SceneRecord, figures: list[Figure]) -> list[Figure]:
         )
         for figure in figures
     ]
+
+
+def sweeps(scenes: Sequence[SceneRecord]) -> list[Figure]:
+    """Return a figure for each quantity of each key that scenes of a study are swept along."""
+    swept: dict[str, list[SceneRecord]] = {}
+    for scene in scenes:
+        table = scene.tables.get("sweep")
+        for path in table if isinstance(table, dict) else ():
+            swept.setdefault(path, []).append(scene)
+    return [
+        figure
+        for path, members in swept.items()
+        if len(members) > 1
+        for name in in_order({name for scene in members for name in scene.quantities})
+        if (figure := _along(path, members, name)) is not None
+    ]
+
+
+def _along(path: str, scenes: list[SceneRecord], name: str) -> Figure | None:
+    """Return the errors of one quantity along a key."""
+    places = np.array([_value(scene.tables, path) for scene in scenes])
+    words = path.split(".")[-1].replace("_", " ")
+    texts = [str(scene.tables["sweep"][path]) for scene in scenes]
+    words_only = not np.isfinite(places).all()
+    if words_only:  # one after the other, and nothing between them
+        places = np.arange(1.0, len(scenes) + 1)
+    order = np.argsort(places)
+    log = wants_log(places) and not words_only
+    marked = order[:: -(-len(order) // MOST_TICKS)]
+    ticks = tuple((float(places[k]), texts[k]) for k in marked)
+    limits = padded(places, 0.06, 0.05) if log else None
+    if words_only:
+        limits = (0.5, len(scenes) + 0.5)
+    axis = Axis(words, log=log, limits=limits, ticks=ticks)
+    known = {
+        method: [
+            next(v for v in scene.verdicts_on(method) if v.quantity == name) for scene in scenes
+        ]
+        for method in drawing_order({m for scene in scenes for m in scene.methods})
+        if all(name in scene.quantities for scene in scenes)
+    }
+    errors = {method: np.array([v.error for v in found]) for method, found in known.items()}
+    sizes = np.abs(np.concatenate([np.empty(0), *errors.values()]))
+    if not np.isfinite(sizes).any():
+        return None
+    tolerances = sorted({scene.tolerance for scene in scenes})
+    ranges = [error_range(sizes[np.isfinite(sizes)], tolerance) for tolerance in tolerances]
+    (low, _), (_, high) = ranges[0], ranges[-1]
+    series: list[Series] = []
+    for method, error in errors.items():
+        if not np.isfinite(error).any():
+            continue
+        style = look(method, scenes[0])
+        hover = tuple(
+            f"{style.label}, {scene.name}\n{verdict.text}: {verdict.word}"
+            for scene, verdict in zip(scenes, known[method], strict=True)
+        )
+        bars = np.array([verdict.uncertainty for verdict in known[method]])
+        whole = Series(
+            *(style, places[order], np.abs(error)[order]),
+            line=not words_only,
+            bars=bars[order],
+            hover=tuple(hover[k] for k in order),
+        )
+        series += [*parted(whole, low), *sign_marks(whole, error[order], low, high)]
+    label = quantity(name).label
+    return Figure(
+        f"sweep-{path.replace('.', '-')}-{name}",
+        f"Error of {label} along {words}",
+        SWEEP_CAPTION,
+        axis,
+        with_foot(error_axis(low, high, "relative error", label), series),
+        tuple(series),
+        levels=tuple(map(tolerance_line, tolerances)),
+        quantity=name,
+    )
+
+
+def _value(tables: dict[str, Any], path: str) -> float:
+    """Return the number at a dotted key, in SI units; NaN where there is something else."""
+    value: Any = tables
+    for key in path.split("."):
+        value = value.get(key) if isinstance(value, dict) else None
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    return float(value) if number else float("nan")

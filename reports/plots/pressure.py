@@ -69,7 +69,11 @@ class Field:
         """
         earlier = {step: item.on_grid_of(other) for step, item in self.earlier.items()}
         there = replace(other, method=self.method, label=self.label, earlier=earlier)
-        if self.on_a_grid and _same_extent(self, other):
+        same_patch = self.on_a_grid and all(
+            np.allclose(outer(own), outer(others), atol=1e-6 * np.ptp(own))
+            for own, others in zip(self.axes, other.axes, strict=True)
+        )
+        if same_patch:
             (nx, ny), (rows, columns) = other.shape, np.floor_divide(self.shape, other.shape)
             if (nx * rows, ny * columns) == self.shape:
                 means = self.pressure.reshape(nx, rows, ny, columns).mean(axis=(1, 3))
@@ -153,12 +157,6 @@ def pressures(scene: SceneRecord) -> list[Figure]:
         _difference(grid.on_grid_of(common), elements.on_grid_of(common), loads),
         *cuts,
     ]
-
-
-def _same_extent(one: Field, other: Field) -> bool:
-    """Whether two grids cover the same patch."""
-    pairs = zip(one.axes, other.axes, strict=True)
-    return all(np.allclose(outer(a), outer(b), atol=1e-6 * np.ptp(a)) for a, b in pairs)
 
 
 def _contact_scales(scene: SceneRecord) -> tuple[float, float]:
@@ -280,12 +278,20 @@ def _with_profiles(empty: Figure, fields: list[Field], curves: list[list[Profile
 
 
 def _shown(item: Field) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return x, y and p of what is in contact with a margin, or of all of a rough surface."""
+    """Return x, y and p of what is in contact, or of all of a rough surface.
+
+    With a margin of a quarter of the contact on each side.
+    """
     x, y = item.axes
     p = item.pressure.reshape(item.shape)
-    if item.rough:
+    if item.rough or not p.any():
         return x, y, p
-    rows, columns = (_with_margin(np.any(p != 0, axis=axis)) for axis in (1, 0))
+    shown = []
+    for axis in (1, 0):
+        inside = np.flatnonzero(np.any(p != 0, axis=axis))
+        margin = max(2, (inside[-1] - inside[0] + 1) // 4)
+        shown.append(slice(max(inside[0] - margin, 0), inside[-1] + margin + 1))
+    rows, columns = shown
     return x[rows], y[columns], p[rows, columns]
 
 
@@ -349,15 +355,6 @@ def _difference(grid: Field, elements: Field, loads: SliderSteps) -> Figure:
     return map_figure(
         "pressure-difference", "Difference of the pressures", caption, frames, "pressure"
     )
-
-
-def _with_margin(touched: np.ndarray) -> slice:
-    """Return the extent of the contact along one axis, with a margin of a quarter."""
-    inside = np.flatnonzero(touched)
-    if not len(inside):
-        return slice(0, len(touched))
-    margin = max(2, (inside[-1] - inside[0] + 1) // 4)
-    return slice(max(inside[0] - margin, 0), min(inside[-1] + margin + 1, len(touched)))
 
 
 def _ceiling(pixels: np.ndarray) -> float | None:

@@ -58,31 +58,28 @@ Scenes = Sequence[tuple[str, SceneRecord, Advice]]
 
 
 def speed(scene: SceneRecord) -> list[Figure]:
-    """Return error against time, one figure per compared quantity."""
-    timed = {}
-    for name in dict.fromkeys(item.quantity for item in scene.verdicts):
-        if name in scene.quantities and (points := _timed(scene, name)):
-            timed[name] = points
+    """Return error against time, one figure per compared quantity.
+
+    Of all settings that have an error and a time, but for the reference, coarse to fine.
+    """
+    timed: dict[str, Points] = {}
+    for item in sorted(scene.verdicts, key=lambda item: item.resolution):
+        name = item.quantity
+        # The load held equal is the one used for the verdicts.
+        judged = name in scene.quantities and item.at == scene.equal_at(name)
+        if not judged or item.word == NO_RESULT:
+            continue
+        spent = scene.cost(item.method, item.resolution)
+        if np.isfinite(spent.seconds):
+            rows = scene.setting_rows(item.method, item.resolution)
+            timed.setdefault(name, []).append((item, spent, float(rows["unknowns"][0])))
     several = [item for points in timed.values() for item, *_ in points]
     if not several:
         return []
     sizes = [np.abs([v.error, v.single_low, v.single_high]) for v in several]
     limits = error_range(np.concatenate(sizes), scene.tolerance)
-    return [_figure(scene, name, points, limits) for name, points in timed.items()]
-
-
-def _timed(scene: SceneRecord, name: str) -> Points:
-    """Return all settings that have an error and a time, but for the reference, coarse to fine."""
-    points = []
-    for item in scene.verdicts:
-        # The load held equal is the one used for the verdicts.
-        if (item.quantity, item.at) != (name, scene.equal_at(name)) or item.word == NO_RESULT:
-            continue
-        spent = scene.cost(item.method, item.resolution)
-        rows = scene.setting_rows(item.method, item.resolution)
-        if np.isfinite(spent.seconds):
-            points.append((item, spent, float(rows["unknowns"][0])))
-    return sorted(points, key=lambda point: point[0].resolution)
+    names = dict.fromkeys(item.quantity for item in scene.verdicts)
+    return [_figure(scene, name, timed[name], limits) for name in names if name in timed]
 
 
 def _figure(scene: SceneRecord, name: str, points: Points, limits: tuple[float, float]) -> Figure:

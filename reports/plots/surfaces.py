@@ -77,15 +77,29 @@ def distributions(scene: SceneRecord) -> list[Figure]:
         for method in drawing_order(dict.fromkeys(rows["method"])):
             own = rows.where(rows["method"] == method)
             own = own.where(np.argsort(own["low"], kind="stable"))
-            middle, density = _density(*(own[key] for key in ("low", "high", "amount")))
-            if len(middle):
-                series.append(Series(look(method, scene), middle, density, marks=False, hover=""))
-                if METHODS[method].dimension == 3:
-                    solved.append(series[-1])
+            low, high, amount = (own[key] for key in ("low", "high", "amount"))
+            good = np.isfinite(low) & (low > 0) & (high > low) & (amount > 0)
+            if not good.any():
+                continue
+            low, high, amount = low[good], high[good], amount[good]
+            middle = np.sqrt(low * high)
+            mean = float(np.sum(middle * amount) / np.sum(amount))
+            density = amount / np.sum(amount) / (high - low) * mean
+            some = amount > LEAST_SHARE * np.max(amount)
+            at = middle[some], density[some]
+            series.append(Series(look(method, scene), *at, marks=False, hover=""))
+            if METHODS[method].dimension == 3:
+                solved.append(series[-1])
         if not series:
             continue
         if name in AT_ZERO and solved:
-            series.append(_law(solved[-1], *AT_ZERO[name]))
+            # The law near zero, through a surface's curve at a tenth of its mean.
+            curve, (power, text) = solved[-1], AT_ZERO[name]
+            weight = curve.y * np.gradient(curve.x) if len(curve.x) > 1 else curve.y
+            end = float(np.sum(curve.x * weight) / np.sum(weight)) / 10
+            x = np.geomspace(end / 10**LAW_DECADES, end, 8)
+            y = float(np.interp(end, curve.x, curve.y)) * (x / end) ** power
+            series.append(Series(Look(text, MUTED, dash=DOTTED), x, y, marks=False))
         x, y = (np.concatenate([getattr(item, axis) for item in series]) for axis in "xy")
         limits = float(y.min()) / 1.5, float(y.max()) * 1.5
         row, (title, symbol) = quantity(name), VALUES[name]
@@ -106,26 +120,6 @@ def distributions(scene: SceneRecord) -> list[Figure]:
             )
         )
     return figures
-
-
-def _density(low: np.ndarray, high: np.ndarray, amount: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return middles of bins and the normalised density there times the mean value."""
-    good = np.isfinite(low) & (low > 0) & (high > low) & (amount > 0)
-    low, high, amount = low[good], high[good], amount[good]
-    some = amount > LEAST_SHARE * np.max(amount, initial=0.0)
-    middle = np.sqrt(low * high)
-    mean = float(np.sum(middle * amount) / np.sum(amount)) if len(amount) else 1.0
-    density = amount / np.sum(amount) / (high - low) * mean if len(amount) else amount
-    return middle[some], density[some]
-
-
-def _law(curve: Series, power: float, text: str) -> Series:
-    """Return the law near zero as a line through a surface's curve at a tenth of the mean."""
-    weight = curve.y * np.gradient(curve.x) if len(curve.x) > 1 else curve.y
-    end = float(np.sum(curve.x * weight) / np.sum(weight)) / 10
-    x = np.geomspace(end / 10**LAW_DECADES, end, 8)
-    height = float(np.interp(end, curve.x, curve.y))
-    return Series(Look(text, MUTED, dash=DOTTED), x, height * (x / end) ** power, marks=False)
 
 
 def _tick(value: float) -> str:

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from reports.pictures import pictures, shapes, turning
-from reports.pictures.shapes import Piece, deformed_piece, opened_surface
+from reports.pictures import pictures, rendering, turning
+from reports.pictures.rendering import Piece, deformed_piece, opened_surface
 
 JOBS = [{"kind": np.array("hill")}, {"kind": np.array("hill")}, {"kind": np.array("hill")}]
 
@@ -94,7 +94,7 @@ def test_mirrored_bricks_keep_a_positive_volume():
         dtype=float,
     )
     for side in range(3):
-        image, cells = shapes.mirrored(points, np.arange(8)[None], side)
+        image, cells = rendering.mirrored(points, np.arange(8)[None], side)
         corner = image[cells[0]]
         edges = corner[[1, 3, 4]] - corner[0]
         assert np.linalg.det(edges) > 0

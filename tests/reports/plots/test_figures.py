@@ -18,11 +18,11 @@ from reports.plots import curves, errors, interactive, model, speed
 from reports.plots import pressure as pressure_figures
 from reports.plots.axes import error_axis, log_ticks, value_axis
 from reports.plots.claims import validity_map
+from reports.plots.errors import sweeps
 from reports.plots.figure import MOST_PIXELS, coarsened
 from reports.plots.interactive import spec
 from reports.plots.style import LOOKS, look
 from reports.plots.surfaces import roughness
-from reports.plots.sweeps import sweeps
 
 TOKENS = {
     "@truth-band": "#888888",
