@@ -91,7 +91,20 @@ def mesh_of(path: Path) -> dict[str, Any]:
     for name, nodes in raw.point_sets.items():
         parts[name] = _node_part(mesh, renumbered, np.asarray(nodes, dtype=np.int64))
     for name, chosen in _cell_groups(raw):
-        parts[name] = _cell_part(raw, mesh, renumbered, chosen)
+        # faces of named triangles and quadrilaterals, nodes of lines and vertices
+        found, touched, inside = [np.zeros((0, 2), np.int64)], [np.zeros(0, np.int64)], 0
+        for block, indices in zip(raw.cells, chosen, strict=True):
+            if block.dim == 3 or not len(indices):
+                continue
+            of_block = renumbered[block.data[indices]]
+            touched.append(of_block[of_block >= 0])
+            if block.dim == 2:
+                corners = of_block[:, : 3 if block.type.startswith("triangle") else 4]
+                found.append(mesh.find(corners[(corners >= 0).all(axis=1)]))
+                inside += len(indices) - len(found[-1])
+        faces = np.unique(np.concatenate(found), axis=0)
+        nodes = np.unique(np.concatenate([*touched, mesh.nodes_of(faces)]))
+        parts[name] = NamedPart(faces, nodes, inside)
     for name, numbers in surfaces(path, raw):
         if numbers.ndim == 1:
             parts[name] = _node_part(mesh, renumbered, numbers)
@@ -141,27 +154,6 @@ def _node_part(mesh: SolidMesh, numbers: np.ndarray, nodes: np.ndarray) -> Named
     return NamedPart(mesh.faces_within(inside), np.flatnonzero(inside))
 
 
-def _cell_part(
-    raw: meshio.Mesh, mesh: SolidMesh, numbers: np.ndarray, chosen: list[np.ndarray]
-) -> NamedPart:
-    """Return faces of named triangles and quadrilaterals, and nodes of lines and vertices."""
-    faces, nodes, inside = [np.zeros((0, 2), np.int64)], [np.zeros(0, np.int64)], 0
-    for block, indices in zip(raw.cells, chosen, strict=True):
-        if block.dim == 3 or not len(indices):
-            continue
-        cells = numbers[block.data[indices]]
-        nodes.append(cells[cells >= 0])
-        if block.dim == 2:
-            corners = cells[:, : 3 if block.type.startswith("triangle") else 4]
-            block_faces = mesh.find(corners[(corners >= 0).all(axis=1)])
-            inside += len(indices) - len(block_faces)
-            faces.append(block_faces)
-    block_faces = np.unique(np.concatenate(faces), axis=0)
-    return NamedPart(
-        block_faces, np.unique(np.concatenate([*nodes, mesh.nodes_of(block_faces)])), inside
-    )
-
-
 # Corners of the faces S1, S2, ... of solid elements, numbered from 0.
 FACES = {
     "tetra": ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)),
@@ -189,22 +181,10 @@ def surfaces(path: Path, raw: meshio.Mesh) -> Iterator[tuple[str, np.ndarray]]:
     """
     if path.suffix.lower() != ".inp":
         return
-    for name, kind, rows in _definitions(path.read_text(encoding="utf-8", errors="replace")):
-        if kind == "NODE":
-            sets = {
-                key.upper(): np.asarray(nodes, np.int64) for key, nodes in raw.point_sets.items()
-            }
-            pieces = [sets.get(row[0].upper()) for row in rows]
-        else:
-            pieces = [_corners(raw, *row) for row in rows]
-        known = [piece for piece in pieces if piece is not None]
-        if known and len(known) == len(pieces):
-            yield name, np.concatenate(known)
-
-
-def _definitions(text: str) -> Iterator[tuple[str, str, list[list[str]]]]:
-    """Yield the name, type and data lines of every *SURFACE."""
-    keyword, rows = "", []
+    # the name, type and data lines of every *SURFACE
+    text = path.read_text(encoding="utf-8", errors="replace")
+    definitions: list[tuple[str, str, list[list[str]]]] = []
+    keyword, rows = "", list[list[str]]()
     for line in [*text.splitlines(), "*END"]:
         if line.startswith("**") or not line.strip():
             continue
@@ -218,8 +198,19 @@ def _definitions(text: str) -> Iterator[tuple[str, str, list[list[str]]]]:
             )
             values = {key.upper(): value.strip('"') for key, value in parameters.items()}
             if "NAME" in values:
-                yield values["NAME"], values.get("TYPE", "ELEMENT").upper(), rows
+                definitions.append((values["NAME"], values.get("TYPE", "ELEMENT").upper(), rows))
         keyword, rows = line.strip(), []
+    for name, kind, rows in definitions:
+        if kind == "NODE":
+            sets = {
+                key.upper(): np.asarray(nodes, np.int64) for key, nodes in raw.point_sets.items()
+            }
+            pieces = [sets.get(row[0].upper()) for row in rows]
+        else:
+            pieces = [_corners(raw, *row) for row in rows]
+        known = [piece for piece in pieces if piece is not None]
+        if known and len(known) == len(pieces):
+            yield name, np.concatenate(known)
 
 
 def _corners(raw: meshio.Mesh, chosen: str, face: str = "") -> np.ndarray | None:

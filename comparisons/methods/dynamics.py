@@ -36,14 +36,12 @@ from comparisons.tasks.task import Task
 from reduced.errors import ConvergenceError
 from reduced.memory.in_time import impact as strike_viscoelastic
 from reduced.memory.row import RelaxingSprings
-from reduced.motion.course import Mass, Motion, Push, Stepping, move
+from reduced.motion.course import Mass, Push, Stepping, move
 from reduced.motion.elastic_impact import (
-    SpringContact,
     impact_depth,
     spring_contact,
     strike,
 )
-from reduced.profiles.equivalents import Profile
 from reduced.springs.line import Springs
 from reference import viscoelastic as reference
 from reference.dynamics.collision import collide, collide_curve
@@ -70,43 +68,6 @@ def history_of(loads: AbsoluteLoads, times: np.ndarray) -> History:
 def _force(task: Task, force: np.ndarray) -> dict[str, np.ndarray]:
     """Return the contact's force, but where one on the mass is prescribed: that is another."""
     return {} if task.loads.control == "force" else {"force": np.asarray(force)}
-
-
-def _moved(
-    task: Task, times: np.ndarray, profile: Profile, dynamics: Dynamics
-) -> tuple[SpringContact, Motion]:
-    """Lay out springs and steps for the deepest point, and again where the motion goes deeper.
-
-    A force that swings in time may drive the mass deeper than its energy at the start.
-    """
-    mass, speed, resolution = dynamics.mass, dynamics.velocity.values[0], task.resolution
-    modulus, end, history = (
-        task.scene.effective_modulus,
-        float(times[-1]),
-        history_of(task.loads, times),
-    )
-    push = 0.0 if history is None else max(0.0, float(history[1].max()))
-    deepest = impact_depth(profile, modulus, 0.5 * mass * speed**2, push)
-    for _ in range(_ROUNDS):
-        contact = spring_contact(Springs(profile, modulus, per_radius=resolution), deepest)
-        stiffness = float(contact.respond(deepest)[2])
-        period = 2 * np.pi * np.sqrt(mass / stiffness)
-        steps = int(np.ceil(max(_STEPS_PER_SPRING * resolution * end / period, 1.0)))
-        stride = max(1, steps // _RECORDS)
-        steps = stride * -(-steps // stride)
-        if steps > _MOST_STEPS:
-            raise ConvergenceError(f"{steps} steps of {period:.3g} s/{resolution}: too long", [])
-        motion = move(
-            contact,
-            Mass(mass, velocity=speed),
-            Stepping(end / steps, steps, stride=stride),
-            Push() if history is None else Push(history=history),
-        )
-        reached = float(motion.position.max())
-        if reached <= deepest:
-            return contact, motion
-        deepest = _DEEPER * reached
-    raise ConvergenceError("the penetration grows without limit", [deepest])
 
 
 # The ladder: from this share of the shallowest impact to this multiple of the deepest estimate.
@@ -226,15 +187,43 @@ class ReducedImpact(ProfileSolver):
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Let the mass strike at all velocities, or follow it in time."""
         unknowns = 2 * task.resolution
-        if task.loads.times is not None:  # springs and steps are refined together
-            contact, motion = _moved(task, task.loads.times, self.profile, self.dynamics)
-            x = motion.at(task.loads.times)[0]
-            force, _, stiffness = contact.respond(x)
-            curves = {"penetration": x, "equivalent_radius": stiffness / (2 * self.modulus)}
+        mass, times = self.dynamics.mass, task.loads.times
+        if times is not None:  # springs and steps are refined together
+            speed, resolution = self.dynamics.velocity.values[0], task.resolution
+            end, history = float(times[-1]), history_of(task.loads, times)
+            push = 0.0 if history is None else max(0.0, float(history[1].max()))
+            deepest = impact_depth(self.profile, self.modulus, 0.5 * mass * speed**2, push)
+            for _ in range(_ROUNDS):
+                row = Springs(self.profile, self.modulus, per_radius=resolution)
+                contact = spring_contact(row, deepest)
+                stiffness = float(contact.respond(deepest)[2])
+                period = 2 * np.pi * np.sqrt(mass / stiffness)
+                steps = int(np.ceil(max(_STEPS_PER_SPRING * resolution * end / period, 1.0)))
+                stride = max(1, steps // _RECORDS)
+                steps = stride * -(-steps // stride)
+                if steps > _MOST_STEPS:
+                    reason = f"{steps} steps of {period:.3g} s/{resolution}: too long"
+                    raise ConvergenceError(reason, [])
+                motion = move(
+                    contact,
+                    Mass(mass, velocity=speed),
+                    Stepping(end / steps, steps, stride=stride),
+                    Push() if history is None else Push(history=history),
+                )
+                reached = float(motion.position.max())
+                if reached <= deepest:
+                    break
+                # a force that swings in time may drive the mass deeper than its energy at the start
+                deepest = _DEEPER * reached
+            else:
+                raise ConvergenceError("the penetration grows without limit", [deepest])
+            x = motion.at(times)[0]
+            force, _, stiff = contact.respond(x)
+            curves = {"penetration": x, "equivalent_radius": stiff / (2 * self.modulus)}
             curves |= _force(task, force)
             return Solution.of(task, curves, unknowns=unknowns, iterations=motion.evaluations)
         row = Springs(self.profile, self.modulus, task.resolution, edges=self.edges)
-        hit = strike(row, self.dynamics.mass, task.loads.values)
+        hit = strike(row, mass, task.loads.values)
         curves = {
             "velocity": hit.velocity,
             "penetration": hit.penetration,

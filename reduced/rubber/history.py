@@ -170,7 +170,20 @@ def _march(line, spacing, way, memory, goal, level, springs, rows):
         for _ in range(_NEWTON):
             if level < floor:
                 floor = level - 2 * reach
-                count = _choose(upper, begin, end, way, memory, floor, springs, moved, mask, chosen)
+                if end > np.floor(begin) + 1:  # a step longer than a cell may reach any spring
+                    count = n
+                    for i in range(n):
+                        chosen[i] = i
+                else:
+                    # all relax freely; listed are those within reach of a line above the floor
+                    begun, count = int(np.floor(begin)) % n, 0
+                    decayed = np.exp(-way / memory)
+                    _relax(upper[begun : begun + n], floor, decayed, springs, moved, mask)
+                    for block, bits in enumerate(mask.view(np.uint64)):
+                        if bits:
+                            for i in range(8 * block, 8 * block + 8):
+                                chosen[count] = i
+                                count += mask[i]
             near = chosen[:count]
             # The level is set at the start of the step: springs in contact follow it (with an
             # impulse l per shift on their dashpots), free ones move along unless the line reaches
@@ -220,27 +233,6 @@ def _squares(springs):
     for w in springs:
         total += w * w
     return total
-
-
-@njit(cache=True)
-def _choose(upper, begin, end, way, memory, floor, springs, moved, mask, chosen):
-    """Relax all springs freely; list those within reach of a line above the floor.
-
-    A step longer than a cell may reach any spring.
-    """
-    n, cell = springs.size, int(np.floor(begin))
-    if end > cell + 1:
-        for i in range(n):
-            chosen[i] = i
-        return n
-    _relax(upper[cell % n : cell % n + n], floor, np.exp(-way / memory), springs, moved, mask)
-    count = 0
-    for block, bits in enumerate(mask.view(np.uint64)):
-        if bits:
-            for i in range(8 * block, 8 * block + 8):
-                chosen[count] = i
-                count += mask[i]
-    return count
 
 
 @njit(cache=True)

@@ -330,32 +330,7 @@ def ellipses_below(waves: Waves, top: float, corners: Corners, penetration: floa
     The penetration is counted from the height `top`.
     """
     gap = WavyGap(waves, top, corners)
-    ellipses = _on_summits(gap, waves, top, corners, penetration)
-    (x0, y0), (x1, y1) = corners
-    whole = gap.within(Ellipse(0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.4 * (x1 - x0), 0.4 * (y1 - y0)))
-    large, best = best_ellipse(gap, penetration, [whole])
-    depths = np.full(len(ellipses), penetration)
-    for _ in range(_ROUNDS):
-        fitted = [
-            best_ellipse(gap, depth, [start]) for start, depth in zip(ellipses, depths, strict=True)
-        ]
-        ellipses = [ellipse for ellipse, force in fitted if force > 0]
-        if not ellipses:
-            break
-        best = max(best, force_of_ellipses(gap, ellipses, penetration))
-        best = max(best, force_of_ellipses(gap, [*ellipses, large], penetration))
-        # what the others leave of the penetration
-        forces = shares(gap, ellipses, penetration) * penetration
-        sunk = deepest(ellipses)
-        np.fill_diagonal(sunk, 0.0)
-        depths = np.maximum(penetration - sunk @ forces, 0.05 * penetration)
-    return best
-
-
-def _on_summits(
-    gap: WavyGap, waves: Waves, top: float, corners: Corners, penetration: float
-) -> list[Ellipse]:
-    """Ellipses of Hertz's theory on the highest summits: from where a search begins."""
+    # the search begins from ellipses of Hertz's theory on the highest summits
     (x0, y0), (x1, y1) = corners
     count = [_FINER * n for n in waves.points]
     x, y = (
@@ -395,7 +370,25 @@ def _on_summits(
         a, b = ellipsoid(1 / bends[0], 1 / bends[1], 1.0).semi_axes(depth)
         angle = math.atan2(turn[1, 0], turn[0, 0])
         ellipses.append(Ellipse(float(place[0]), float(place[1]), float(a), float(b), angle))
-    return ellipses
+
+    whole = gap.within(Ellipse(0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.4 * (x1 - x0), 0.4 * (y1 - y0)))
+    large, best = best_ellipse(gap, penetration, [whole])
+    depths = np.full(len(ellipses), penetration)
+    for _ in range(_ROUNDS):
+        fitted = [
+            best_ellipse(gap, depth, [start]) for start, depth in zip(ellipses, depths, strict=True)
+        ]
+        ellipses = [ellipse for ellipse, force in fitted if force > 0]
+        if not ellipses:
+            break
+        best = max(best, force_of_ellipses(gap, ellipses, penetration))
+        best = max(best, force_of_ellipses(gap, [*ellipses, large], penetration))
+        # what the others leave of the penetration
+        forces = shares(gap, ellipses, penetration) * penetration
+        sunk = deepest(ellipses)
+        np.fill_diagonal(sunk, 0.0)
+        depths = np.maximum(penetration - sunk @ forces, 0.05 * penetration)
+    return best
 
 
 def _derivatives(waves: Waves, place: Array) -> tuple[Array, Array]:

@@ -165,7 +165,28 @@ class SolidMesh:
         points = np.asarray(points, dtype=float)
         cells = np.asarray(cells, dtype=np.int64)
         if name == "hexahedron20":
-            points, cells = _with_middles(points, cells)
+            # The centres of faces and cells by their interpolation: at the centre of a face corners
+            # have the weight -1/4 and edges 1/2, at the centre of the cell -1/4 and 1/4.
+            values, names = [], []
+            for face, corners in enumerate(_CUBE_FACES):
+                middle = _CUBE_27[20 + face]
+                apart = np.abs(_CUBE_27[8:20] - middle).sum(axis=1)
+                edges = 8 + np.flatnonzero(np.isclose(apart, 0.5))
+                ours = cells[:, list(corners)]
+                middles = 0.5 * points[cells[:, edges]].sum(axis=1)
+                values.append(middles - 0.25 * points[ours].sum(axis=1))
+                names.append(np.sort(ours, axis=1))
+            # a face between two cells has one centre
+            every = np.stack(names, axis=1).reshape(-1, 4)
+            _, first, numbers = np.unique(every, axis=0, return_index=True, return_inverse=True)
+            faces = np.stack(values, axis=1).reshape(-1, 3)[first]
+            weights = np.concatenate([np.full(8, -0.25), np.full(12, 0.25)])
+            centres = np.einsum("n,eni->ei", weights, points[cells])
+            count = len(points)
+            face_numbers = count + numbers.reshape(len(cells), 6)
+            centre_numbers = count + len(faces) + np.arange(len(cells))[:, None]
+            points = np.concatenate([points, faces, centres])
+            cells = np.hstack([cells, face_numbers, centre_numbers])
             name = "hexahedron27"
         if name not in KINDS:
             raise ValueError(f"expected {', '.join(KINDS)} or hexahedron20, got {name!r}")
@@ -293,34 +314,6 @@ class SolidMesh:
         numbers = np.empty(len(self.points), dtype=np.int64)
         numbers[self.cells.T] = mesh.dofs.element_dofs
         return mesh, numbers
-
-
-def _with_middles(points: Array, cells: Integers) -> tuple[Array, Integers]:
-    """Add the centres of faces and cells to 20-node hexahedra, by their interpolation.
-
-    At the centre of a face corners have the weight -1/4 and edges 1/2; at the centre of the cell
-    -1/4 and 1/4.
-    """
-    values, names = [], []
-    for face, corners in enumerate(_CUBE_FACES):
-        middle = _CUBE_27[20 + face]
-        edges = [k for k in range(8, 20) if np.isclose(np.abs(_CUBE_27[k] - middle).sum(), 0.5)]
-        ours = cells[:, list(corners)]
-        values.append(0.5 * points[cells[:, edges]].sum(axis=1) - 0.25 * points[ours].sum(axis=1))
-        names.append(np.sort(ours, axis=1))
-    # a face between two cells has one centre
-    _, first, numbers = np.unique(
-        np.stack(names, axis=1).reshape(-1, 4), axis=0, return_index=True, return_inverse=True
-    )
-    faces = np.stack(values, axis=1).reshape(-1, 3)[first]
-    weights = np.concatenate([np.full(8, -0.25), np.full(12, 0.25)])
-    centres = np.einsum("n,eni->ei", weights, points[cells])
-    count = len(points)
-    face_numbers = count + numbers.reshape(len(cells), 6)
-    centre_numbers = count + len(faces) + np.arange(len(cells))[:, None]
-    return np.concatenate([points, faces, centres]), np.hstack(
-        [cells, face_numbers, centre_numbers]
-    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -48,7 +48,37 @@ def open_instrument(path: Path, surface: MeasuredMap) -> HeightFile:
             raise FileError(_unknown_format(path, error)) from error
         except Exception as error:  # the many readers raise various types of exceptions
             raise FileError(f"cannot be read ({shorten(error)})") from error
-    index, note = _choose_channel(path, reader, surface.channel)
+    # the channel
+    channels = list(reader.channels)
+    listing = ", ".join(f"{info.index} {info.name!r}" for info in channels)
+    maps = [  # of heights, by declared type, unit and name
+        i
+        for i, info in enumerate(channels)
+        if info.dim == 2
+        and getattr(getattr(info, "data_kind", None), "name", "HEIGHT") == "HEIGHT"
+        and (info.unit is None or isinstance(info.unit, str))
+        and not _NOT_HEIGHT.search(info.name or "")
+    ]
+    if surface.channel is None:
+        default = reader.default_channel.index
+        candidates = [default] if default in maps else maps
+        problem = f"none of its channels holds heights ({listing})"
+    else:
+        candidates = [
+            i for i, info in enumerate(channels) if surface.channel in (info.name, str(i))
+        ]
+        problem = f"has no channel {surface.channel!r}, only {listing}"
+        if candidates and candidates[0] not in maps:
+            problem = (
+                f"channel {surface.channel!r} does not hold heights; choose another of {listing}"
+            )
+            candidates = []
+    if not candidates:
+        raise FileError(problem)
+    index = candidates[0]
+    note = f"heights of {path.name}"
+    if len(channels) > 1:
+        note = f"channel {index} {channels[index].name!r} of {path.name} (channels: {listing})"
     info = reader.channels[index]
     problems = shape_problems(tuple(info.nb_grid_pts))
     problems += memory_problems(int(np.prod(info.nb_grid_pts, dtype=object)))
@@ -95,35 +125,6 @@ def _unknown_format(path: Path, error: Exception) -> str:
         f"SurfaceTopography {SurfaceTopography.__version__}, "
         + ", ".join(reader.format() for reader in readers)
     )
-
-
-def _choose_channel(path: Path, reader: Any, channel: str | None) -> tuple[int, str]:
-    """Return the index of the channel to read, and a note on the choice."""
-    channels = list(reader.channels)
-    listing = ", ".join(f"{info.index} {info.name!r}" for info in channels)
-    heights = [  # by declared type, unit and name
-        i
-        for i, info in enumerate(channels)
-        if info.dim == 2
-        and getattr(getattr(info, "data_kind", None), "name", "HEIGHT") == "HEIGHT"
-        and (info.unit is None or isinstance(info.unit, str))
-        and not _NOT_HEIGHT.search(info.name or "")
-    ]
-    if channel is None:
-        default = reader.default_channel.index
-        candidates = [default] if default in heights else heights
-        problem = f"none of its channels holds heights ({listing})"
-    else:
-        candidates = [i for i, info in enumerate(channels) if channel in (info.name, str(i))]
-        problem = f"has no channel {channel!r}, only {listing}"
-        if candidates and candidates[0] not in heights:
-            problem = f"channel {channel!r} does not hold heights; choose another of {listing}"
-            candidates = []
-    if not candidates:
-        raise FileError(problem)
-    index = candidates[0]
-    note = f"channel {index} {channels[index].name!r} of {path.name} (channels: {listing})"
-    return index, note if len(channels) > 1 else f"heights of {path.name}"
 
 
 def _metadata_problems(info: Any, stated: MeasuredMap) -> list[str]:

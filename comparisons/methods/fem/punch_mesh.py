@@ -60,36 +60,26 @@ def face_grid(geometry: IndenterGeometry, resolution: int) -> fem.TensorMesh:
         count = max(2, square, round(half * resolution / geometry.contact_radius))
         if mirrored:
             marks = np.append(np.abs(marks), 0.0)
-        lines.append(_lines_through(marks, half / count, crowded, edge_at_start=not mirrored))
+        # through the marks, but for those too close to another
+        step = half / count
+        first, *inner, last = np.unique(marks)
+        through = [first]
+        for mark in inner:
+            if min(mark - through[-1], last - mark) > 0.5 * step:
+                through.append(mark)
+        through.append(last)
+        # Crowded, lines come closer to the marks with the square of their number; not to the first
+        # one where that is a plane of symmetry and no edge.
+        parts = []
+        for low, high in pairwise(through):
+            share = np.linspace(0.0, 1.0, 1 + max(2, round((high - low) / step)))[:-1]
+            if crowded and (low > first or not mirrored):
+                share = np.where(share < 0.5, 2.0 * share**2, 1.0 - 2.0 * (1.0 - share) ** 2)
+            elif crowded:
+                share = 1.0 - (1.0 - share) ** 2
+            parts.append(low + (high - low) * share)
+        lines.append(np.append(np.concatenate(parts), last))
     return fem.TensorMesh(lines[0], lines[1], SYMMETRIES[indenter.even], 2 if crowded else 1)
-
-
-def _lines_through(
-    marks: np.ndarray, step: float, crowded: bool, edge_at_start: bool
-) -> np.ndarray:
-    """Return lines about a step apart through the marks, but for those too close to another.
-
-    Crowded, they come closer to the marks with the square of their number; not to the first one
-    where that is a plane of symmetry and no edge.
-    """
-    first, *inner, last = np.unique(marks)
-    lines = [first]
-    for mark in inner:
-        if min(mark - lines[-1], last - mark) > 0.5 * step:
-            lines.append(mark)
-    lines.append(last)
-    parts = []
-    for low, high in pairwise(lines):
-        share = np.linspace(0.0, 1.0, 1 + max(2, round((high - low) / step)))[:-1]
-        if crowded:
-            both = low > first or edge_at_start
-            share = (
-                np.where(share < 0.5, 2.0 * share**2, 1.0 - 2.0 * (1.0 - share) ** 2)
-                if both
-                else 1.0 - (1.0 - share) ** 2
-            )
-        parts.append(low + (high - low) * share)
-    return np.append(np.concatenate(parts), last)
 
 
 def face_gap(geometry: IndenterGeometry, points: np.ndarray) -> np.ndarray:

@@ -49,7 +49,7 @@ from reference.halfspace import Contact
 from reference.halfspace.areas import corrected_area
 from reference.layered import Stack
 from reference.layered.layered_grid import Body
-from reference.layered.stresses import Inside, inside
+from reference.layered.stresses import inside
 from reference.loads import Load
 
 # Double arrays of one grid that a solve holds at once: those of `bem_fft`, and some kernels.
@@ -289,8 +289,8 @@ def below(scene: Scene, contact: Contact, grid: Grid) -> dict[str, np.ndarray]:
     last = _DEEPEST * min(n * step for n, step in zip(shape, spacing, strict=True))
     if isinstance(body, Stack) and body.base is None:
         last = min(last, body.total)
-    number = max(2, int(np.ceil(np.log(last / (_FIRST * side)) / np.log(_RATIO))))
-    depths = np.append(_SURFACE * min(side, last), last * _RATIO ** -np.arange(number, -1.0, -1.0))
+    count = max(2, int(np.ceil(np.log(last / (_FIRST * side)) / np.log(_RATIO))))
+    depths = np.append(_SURFACE * min(side, last), last * _RATIO ** -np.arange(count, -1.0, -1.0))
     if isinstance(body, Stack):  # on either side of an interface, where stresses jump
         interfaces = np.cumsum(body.thicknesses)
         beside = np.concatenate([interfaces * (1 - _SURFACE), interfaces * (1 + _SURFACE)])
@@ -311,23 +311,10 @@ def below(scene: Scene, contact: Contact, grid: Grid) -> dict[str, np.ndarray]:
     for n, at in zip(shape, peak, strict=True):  # a window about the peak
         first = int(np.clip(at - _SHOWN // 2, 0, max(n - _SHOWN, 0)))
         kept.append(np.arange(first, min(first + _SHOWN, n)))
-    return _mesh(fields, stresses, kept, grid.origin, spacing) | {
-        "von_mises_depth": np.array([field.depth for field in fields]),
-        "von_mises_highest": np.array([stress.max() for stress in stresses]),
-    }
-
-
-def _mesh(
-    fields: list[Inside],
-    stresses: list[np.ndarray],
-    kept: list[np.ndarray],
-    origin: tuple[float, float],
-    spacing: tuple[float, float],
-) -> dict[str, np.ndarray]:
-    """Return hexahedra between the centres of cells and the depths; z points into the body."""
+    # hexahedra between the centres of cells and the depths; z points into the body
     x, y = (
         start + (cells + 0.5) * step
-        for start, cells, step in zip(origin, kept, spacing, strict=True)
+        for start, cells, step in zip(grid.origin, kept, spacing, strict=True)
     )
     z = np.array([field.depth for field in fields])
     z[0] = 0.0
@@ -345,4 +332,6 @@ def _mesh(
         "mesh_cells": np.stack([corner.ravel() for corner in corners], axis=-1),
         "mesh_displacement": np.array(moved).reshape(-1, 3),
         "mesh_von_mises": np.array([stress[where] for stress in stresses]).ravel(),
+        "von_mises_depth": np.array([field.depth for field in fields]),
+        "von_mises_highest": np.array([stress.max() for stress in stresses]),
     }

@@ -185,8 +185,33 @@ def proof_of(scene: Scene, geometry: Geometry) -> Proof | RoughProof:
         x, y = body.punch(1).extents
         _check_slender("contact", max(x, y) / min(x, y), _SLENDER_CONTACT)
         return _scaling(2.0, lambda: _elliptic_energy(body, _more(_ELLIPTIC, finer)), modulus)
-    _check_outline(indenter)
-    return _punch(lambda: _stiffness(indenter, finer), modulus)
+    # a flat punch, by its stiffness k/E*
+    if not isinstance(indenter, round_shapes.Cylinder | EllipticPunch):
+        if indenter.outline is None:
+            shape = str(indenter.model_dump()["shape"]).replace("_", " ")
+            raise Refused(f"no bound is computed for the shape {shape}")
+        corners = np.array(_corners(indenter))
+        hull = corners[ConvexHull(corners).vertices]
+        sides = np.roll(hull, -1, axis=0) - hull
+        along = sides / np.hypot(*sides.T)[:, None]
+        lengths = np.ptp(along @ hull.T, axis=1)
+        widths = np.ptp(along[:, 0, None] * hull[:, 1] - along[:, 1, None] * hull[:, 0], axis=1)
+        _check_slender(
+            "face", float(max(lengths.max(), widths.max()) / widths.min()), _SLENDER_FACE
+        )
+
+    def of_face(force: float) -> Interval:
+        k = _stiffness(indenter, finer)
+        return Interval(
+            below(force / (k.upper * modulus), 4), above(force / (k.lower * modulus), 4)
+        )
+
+    return Proof(
+        force=lambda d: _stiffness(indenter, finer) * (modulus * d),
+        energy=_growing(lambda d: _stiffness(indenter, finer) * (0.5 * modulus * d * d)),
+        stiffness=_growing(lambda d: _stiffness(indenter, finer) * modulus),
+        penetration=of_face,
+    )
 
 
 def _more(cells: tuple[int, int], finer: float) -> tuple[int, int]:
@@ -239,23 +264,6 @@ def _scaling(degree: float, unit: Callable[[], Interval], modulus: float) -> Pro
     )
 
 
-def _punch(unit: Callable[[], Interval], modulus: float) -> Proof:
-    """Enclosures by the stiffness k/E* of a flat punch."""
-
-    def penetration(force: float) -> Interval:
-        k = unit()
-        return Interval(
-            below(force / (k.upper * modulus), 4), above(force / (k.lower * modulus), 4)
-        )
-
-    return Proof(
-        force=lambda d: unit() * (modulus * d),
-        energy=_growing(lambda d: unit() * (0.5 * modulus * d * d)),
-        stiffness=_growing(lambda d: unit() * modulus),
-        penetration=penetration,
-    )
-
-
 @lru_cache(maxsize=32)
 def _stiffness(indenter: Indenter, finer: float) -> Interval:
     if isinstance(indenter, round_shapes.Cylinder):
@@ -263,22 +271,6 @@ def _stiffness(indenter: Indenter, finer: float) -> Interval:
     if isinstance(indenter, EllipticPunch):
         return elliptic_stiffness(*indenter.semi_axes)
     return flat_faces.enclosed(_corners(indenter), _more(_FACE, finer))
-
-
-def _check_outline(indenter: Indenter) -> None:
-    """Raise `Refused` for a punch whose outline the bounds do not take."""
-    if isinstance(indenter, round_shapes.Cylinder | EllipticPunch):
-        return
-    if indenter.outline is None:
-        shape = str(indenter.model_dump()["shape"]).replace("_", " ")
-        raise Refused(f"no bound is computed for the shape {shape}")
-    corners = np.array(_corners(indenter))
-    hull = corners[ConvexHull(corners).vertices]
-    sides = np.roll(hull, -1, axis=0) - hull
-    along = sides / np.hypot(*sides.T)[:, None]
-    lengths = np.ptp(along @ hull.T, axis=1)
-    widths = np.ptp(along[:, 0, None] * hull[:, 1] - along[:, 1, None] * hull[:, 0], axis=1)
-    _check_slender("face", float(max(lengths.max(), widths.max()) / widths.min()), _SLENDER_FACE)
 
 
 def _check_slender(part: str, ratio: float, most: float) -> None:

@@ -13,7 +13,6 @@ from comparisons.geometry.prepare import IndenterGeometry, equivalent_profile
 from comparisons.methods.normal.closed_form import profile_fields, unit_rings
 from comparisons.methods.runner import run
 from comparisons.methods.solver import Refused, Solver, needed
-from comparisons.scene.indenters.indenter import Indenter
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
@@ -129,9 +128,16 @@ class ProfileSolver(Solver[IndenterGeometry]):
             if self.profile.section is None:
                 raise Refused("the half-radius rule needs an axisymmetric section")
             self.profile = equivalents.half_radius(self.profile.section)
+            read = "half the radius of curvature (19.17), for any shape"
+        elif self.indenter.axisymmetric:
+            read = "exact transform (MDR) of the axisymmetric profile"
+        elif self.indenter.flat:
+            read = "circle of equal area, D = (4 A/pi)^(1/2)"
+        else:
+            read = "Gaussian radius of curvature sqrt(Rx Ry)"
         self.modulus = scene.effective_modulus
         self.bed = bed_of(scene, self.profile)
-        self.note = "; ".join(filter(None, [_rule(self.indenter, rule), self.bed.note]))
+        self.note = "; ".join(filter(None, [read, self.bed.note]))
         if scene.body is not None:
             self.note = "treats the [body] as a half-space; its error includes this approximation"
 
@@ -206,16 +212,6 @@ class ReducedProfile(ProfileSolver):
             # counts it.
             pressure = np.where(valid, pressure, np.nan)
         return profile_fields(radius, radius, r, np.asarray(pressure))
-
-
-def _rule(indenter: Indenter, rule: str) -> str:
-    if rule == "half_radius":
-        return "half the radius of curvature (19.17), for any shape"
-    if indenter.axisymmetric:
-        return "exact transform (MDR) of the axisymmetric profile"
-    if indenter.flat:
-        return "circle of equal area, D = (4 A/pi)^(1/2)"
-    return "Gaussian radius of curvature sqrt(Rx Ry)"
 
 
 def line_picture(

@@ -109,10 +109,23 @@ class UserMethod:
         if key not in self._plans:
             seconds = min(PLAN_SECONDS, self.origin.seconds)
             outcome = self.ask("plan", scene, seconds=seconds)
-            if outcome.ok:
-                self._plans[key] = _checked_plan(outcome.answer)
+            answer = outcome.answer if outcome.ok else {}
+            levels = answer.get("resolutions")
+            if not outcome.ok:
+                plan = _broken(f"planning {_failure(outcome)}")
+            elif answer.get("ok") is not True:
+                reason = _text(answer.get("reason") or "refused without a reason")
+                plan = {"ok": False, "reason": reason}
+            elif (
+                isinstance(levels, list)
+                and 1 <= len(levels) <= MOST_RESOLUTIONS
+                and all(type(n) is int and 1 <= n <= 2**20 for n in levels)
+            ):
+                texts = {part: _text(answer.get(part, "")) for part in ("reason", "model")}
+                plan = {"ok": True, "resolutions": levels, **texts}
             else:
-                self._plans[key] = _broken(f"planning {_failure(outcome)}")
+                plan = _broken(f"malformed answer: resolutions are {_text(levels)}")
+            self._plans[key] = plan
         return self._plans[key]
 
     def ask(self, question: str, *arguments: Any, seconds: float) -> parent.Outcome:
@@ -356,18 +369,3 @@ def _text(value: object) -> str:
 
 def _broken(reason: str) -> dict[str, Any]:
     return {"ok": False, "reason": reason, "broken": True}
-
-
-def _checked_plan(answer: dict[str, Any]) -> dict[str, Any]:
-    """Return a plan whose parts are what they should be, or one that refuses."""
-    if answer.get("ok") is not True:
-        return {"ok": False, "reason": _text(answer.get("reason") or "refused without a reason")}
-    levels = answer.get("resolutions")
-    if not (
-        isinstance(levels, list)
-        and 1 <= len(levels) <= MOST_RESOLUTIONS
-        and all(type(n) is int and 1 <= n <= 2**20 for n in levels)
-    ):
-        return _broken(f"malformed answer: resolutions are {_text(levels)}")
-    texts = {key: _text(answer.get(key, "")) for key in ("reason", "model")}
-    return {"ok": True, "resolutions": levels, **texts}
