@@ -15,9 +15,9 @@ from comparisons.geometry.plausibility import doubtful
 from comparisons.judging.verdicts import Verdict, worst
 from comparisons.questions.study import solved_in_memory
 from comparisons.results.advice import Setting, advise
-from comparisons.results.exports import curves, measures
 from comparisons.results.record import SceneRecord, asked_in_vain
 from comparisons.results.scene_record import record_scene
+from comparisons.results.store import curves, measures
 from comparisons.solving.plan import Effort
 from comparisons.solving.planning import Source, plan_scene, refuse_unsolvable
 from reports.tables.judged import methods_table

@@ -33,7 +33,7 @@ methods = {methods}
 QUANTITY = '''
 """The pressure that a contact would have if it were even."""
 
-from comparisons.facts.quantities.row import Derived, Quantity
+from comparisons.facts.quantities.rows import Derived, Quantity
 
 ROWS = (
     Quantity(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from comparisons.scene.physics.absolute_loads import AbsoluteLoads
+from comparisons.scene.loading import AbsoluteLoads
 from reduced.loads import Load
 from reduced.motion.elastic_impact import impact_depth
 from reduced.profiles import equivalents

@@ -17,10 +17,9 @@ import numpy as np
 
 from comparisons.geometry.estimates import contacts, impact_contacts, largest_contact
 from comparisons.geometry.faces import Face, MeasuredFace, combined, faces_of, together, top
-from comparisons.scene.indenters.axisymmetric import Sphere
+from comparisons.scene.indenters.axisymmetric import Profile, Sphere
 from comparisons.scene.indenters.indenter import Indenter, RigidPlane
-from comparisons.scene.indenters.profile import Profile
-from comparisons.scene.physics.absolute_loads import AbsoluteLoads, loads_of
+from comparisons.scene.loading import AbsoluteLoads, loads_of
 from comparisons.scene.scene import Scene, SceneError
 from reduced.loads import Load
 from reduced.profiles import equivalents

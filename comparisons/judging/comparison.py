@@ -12,7 +12,7 @@ import pandas as pd
 
 from comparisons.facts.methods import METHODS
 from comparisons.facts.quantities import CURVES, FIELDS, counterpart, main_axis, quantity
-from comparisons.judging.distributions import distribution_rows, field_bar, field_measures
+from comparisons.judging.fields import distribution_rows, field_bar, field_measures
 from comparisons.judging.levels import Levels
 from comparisons.judging.metrics import rms_and_maximum
 from comparisons.judging.reference import Bar, Verification, verified

@@ -27,7 +27,7 @@ from comparisons.methods.viscoelastic import (
     material_of,
     springs_of,
 )
-from comparisons.scene.physics.absolute_loads import AbsoluteLoads, loads_of
+from comparisons.scene.loading import AbsoluteLoads, loads_of
 from comparisons.scene.physics.tables.dynamics import Dynamics
 from comparisons.scene.scene import Scene, validated
 from comparisons.tasks.solution import Solution

@@ -17,7 +17,7 @@ from comparisons.formatting import number
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.methods.friction import normal_load
 from comparisons.methods.solver import Refused, Solver, needed
-from comparisons.scene.physics.absolute_loads import loads_of
+from comparisons.scene.loading import loads_of
 from comparisons.scene.physics.tables.lubrication import Lubrication
 from comparisons.scene.scene import Scene
 from comparisons.tasks.shown_loads import grid_pressure

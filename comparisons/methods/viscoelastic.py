@@ -24,7 +24,7 @@ from comparisons.methods.normal.reduced import ProfileSolver, line_picture
 from comparisons.methods.normal.reduced_lines import LineSolver
 from comparisons.methods.solver import Refused, needed
 from comparisons.scene.indenters.indenter import Indenter
-from comparisons.scene.physics.absolute_loads import AbsoluteLoads, loads_of
+from comparisons.scene.loading import AbsoluteLoads, loads_of
 from comparisons.scene.physics.tables.viscoelastic import Viscoelastic
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution, Stopwatch

@@ -44,8 +44,7 @@ from comparisons.results.ensemble_folder import (
 )
 from comparisons.results.folder import Header, Layout, Run
 from comparisons.scene.scene import Scene
-from comparisons.solving.compilation import compile_apart
-from comparisons.solving.execution import execute, this_machine, warm_up
+from comparisons.solving.execution import compile_apart, execute, this_machine, warm_up
 from comparisons.solving.inquiries import Inquiry, value_of
 from comparisons.solving.jobs import Archive, Job, Kind
 from comparisons.solving.plan import task_of

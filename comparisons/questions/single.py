@@ -19,11 +19,11 @@ from comparisons.facts.methods import CLOSED_FORM, method_named
 from comparisons.facts.quantities import QUANTITIES
 from comparisons.files import plain, table_text, write_named, write_named_text
 from comparisons.geometry.prepare import IndenterGeometry, RoughGeometry
-from comparisons.judging.distributions import last_histogram
+from comparisons.judging.fields import last_histogram
 from comparisons.judging.levels import mean_curves
 from comparisons.judging.uncertainty import standard_error
 from comparisons.methods.normal.proved import enclosures_asked_for
-from comparisons.results.exports import vtu_file
+from comparisons.results.store import vtu_file
 from comparisons.scene.scene import Scene, load_scene
 from comparisons.solving.inquiries import solve_blocks
 from comparisons.solving.plan import Plan, task_of

@@ -14,17 +14,24 @@ from comparisons.files import read_arrays, write_arrays
 from comparisons.judging.refinement import enlarged, refinements
 from comparisons.machine import source_digest
 from comparisons.questions.campaign import WHOLE, Campaign, Options, Part
-from comparisons.results.exports import MEASURES, TO_TAKE, write_exports, write_fields
 from comparisons.results.folder import MAILED, PAGE, Header, Layout, Run
 from comparisons.results.record import FIELDS_FOLDER, StudyRecord
 from comparisons.results.scene_record import record_scene
-from comparisons.results.store import DISTRIBUTIONS, RESULTS, STUDY, read_study, save_study
-from comparisons.solving.compilation import compile_apart
-from comparisons.solving.execution import execute
+from comparisons.results.store import (
+    DISTRIBUTIONS,
+    MEASURES,
+    RESULTS,
+    STUDY,
+    TO_TAKE,
+    read_study,
+    save_study,
+    write_exports,
+    write_fields,
+)
+from comparisons.solving.execution import compile_apart, execute
 from comparisons.solving.inquiries import Inquiry, solve_job
 from comparisons.solving.jobs import Done, Job
-from comparisons.solving.plan import Effort, Plan
-from comparisons.solving.plan_record import PlanRecord
+from comparisons.solving.plan import Effort, Plan, PlanRecord
 from comparisons.tasks.shown_loads import SHOWN_ONLY, shown
 from comparisons.tasks.solution import PREFIX, REALISATIONS, Solution, Solved, save_solution
 from comparisons.tasks.task import Task

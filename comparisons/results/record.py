@@ -39,9 +39,9 @@ from comparisons.judging.verdicts import LAST_LOAD, NO_RESULT, Verdict
 from comparisons.results.folder import Run
 from comparisons.results.rows import NO_ROWS, Rows
 from comparisons.scene.half_space import DEPTH_KEYS
-from comparisons.scene.physics.absolute_loads import PATHS
+from comparisons.scene.loading import PATHS
 from comparisons.scene.physics.tables import TABLES
-from comparisons.solving.plan_record import PlanRecord
+from comparisons.solving.plan import PlanRecord
 from comparisons.tasks.shown_loads import NAMES, at_step, stored_steps
 from comparisons.tasks.stresses import FROM_PRESSURE
 

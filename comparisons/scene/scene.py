@@ -44,7 +44,7 @@ from comparisons.scene.surface import SelfAffine, Surface
 
 MOST_PROBLEMS = 50
 MOST_SWEPT = 100
-# What variants of a map are swept along, no key of theirs (`solving.map_patches`).
+# What variants of a map are swept along, no key of theirs (`solving.planning`).
 PREPARATION = "preparation"
 
 

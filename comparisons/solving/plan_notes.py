@@ -14,10 +14,9 @@ from comparisons.geometry.plausibility import scene_notes, surface_notes
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
 from comparisons.methods.normal.grid import SIDE, cells
 from comparisons.scene.half_space import HalfSpace
-from comparisons.scene.physics.absolute_loads import AbsoluteLoads
+from comparisons.scene.loading import AbsoluteLoads
 from comparisons.scene.scene import Scene
-from comparisons.solving.plan import Plan
-from comparisons.solving.plan_record import MethodPlan
+from comparisons.solving.plan import MethodPlan, Plan
 from comparisons.tasks.shown_loads import MOST_POINTS
 from comparisons.tasks.stresses import FROM_PRESSURE
 

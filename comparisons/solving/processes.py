@@ -172,7 +172,7 @@ class ProcessExecutor(Executor):
 
 def _begin(parent: int, common: str) -> None:
     """Prepare a process; it ends, and clears up, when the one that hands out the work is killed."""
-    from comparisons.solving.compilation import compile_in_turn  # loads Numba
+    from comparisons.solving.execution import compile_in_turn  # loads Numba
 
     kept = min(_KEPT, free_memory() / (2 * (os.cpu_count() or 1)))
     process_executor._MAX_MEMORY_LEAK_SIZE = max(process_executor._MAX_MEMORY_LEAK_SIZE, int(kept))

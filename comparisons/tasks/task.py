@@ -11,8 +11,8 @@ from typing import Generic, TypeVar
 from comparisons.facts.methods import METHODS
 from comparisons.geometry.prepare import Geometry
 from comparisons.machine import source_digest, versions
+from comparisons.scene.loading import AbsoluteLoads
 from comparisons.scene.options import Options
-from comparisons.scene.physics.absolute_loads import AbsoluteLoads
 from comparisons.scene.scene import Scene
 from comparisons.tasks.stresses import FROM_PRESSURE
 

@@ -19,7 +19,7 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 from threadpoolctl import threadpool_limits
 
-from comparisons.questions.experiments.friction_judges import FRICTION, impact
+from comparisons.questions.experiments.friction import FRICTION, impact
 from reference.elasticity import Material
 from reference.fem.nodal_friction import follow, frictional_body
 from reference.halfspace.friction import FrictionalPress, sweep

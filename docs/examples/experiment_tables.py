@@ -17,7 +17,7 @@ from comparisons import formatting as fmt
 from comparisons.facts.methods import METHODS
 from comparisons.questions.experiments import EXPERIMENTS
 from comparisons.questions.experiments.finite_elements import LEAST_MEMORY, measure_series
-from comparisons.questions.experiments.reading_scan import CHOICES
+from comparisons.questions.experiments.rough_contact import CHOICES
 from reference.closed_form.rough_theories import line_peaks, surface_peaks
 from reference.dynamics.collision import rayleigh_share, wave_impact
 from reference.fem.section import press_section

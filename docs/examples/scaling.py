@@ -18,8 +18,7 @@ import numpy as np
 
 from comparisons.questions.study import solve_task
 from comparisons.scene.scene import make_scene
-from comparisons.solving.compilation import compile_apart
-from comparisons.solving.execution import execute
+from comparisons.solving.execution import compile_apart, execute
 from comparisons.solving.jobs import Job, executor_for
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene

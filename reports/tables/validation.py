@@ -19,7 +19,7 @@ from comparisons.questions.calibration_cases import (
 )
 from comparisons.questions.check import Finding
 from comparisons.questions.claims.record import ClaimRecord, ClaimsRecord, PointRecord
-from comparisons.questions.hard_cases.record import HardCasesRecord, OutcomeRecord
+from comparisons.questions.hard_cases.run import HardCasesRecord, OutcomeRecord
 from reports.plots.claims import detail
 from reports.plots.style import look
 from reports.tables import cells

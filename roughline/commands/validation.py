@@ -63,7 +63,7 @@ def claims(
     from comparisons.questions.claims.claim import about_method, load_claims
     from comparisons.questions.claims.record import STORED, load_claims_record
     from comparisons.questions.claims.runner import ClaimRun
-    from comparisons.questions.claims.stale import stale as stale_claims
+    from comparisons.questions.claims.runner import stale as stale_claims
     from comparisons.results.folder import held
     from reports.pages.claims import claims_page
     from roughline.commands import terminal
@@ -203,8 +203,7 @@ def hard_cases(
     from comparisons.facts.methods import METHODS, method_named
     from comparisons.files import write_named_text, write_text
     from comparisons.questions.hard_cases.catalogue import HardCaseError, catalogue, load_cases
-    from comparisons.questions.hard_cases.record import load_record
-    from comparisons.questions.hard_cases.run import HardCases
+    from comparisons.questions.hard_cases.run import HardCases, load_record
     from comparisons.results.folder import PAGE, held
     from reports.pages.hard_cases import hard_cases_page
     from roughline.commands import terminal

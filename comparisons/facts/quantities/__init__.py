@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from comparisons.discovery import files_of
-from comparisons.facts.quantities.row import Contact, Curves, Quantity
+from comparisons.facts.quantities.rows import Contact, Curves, Quantity
 
 _rows = (row for file in files_of(sys.modules[__name__]) for row in getattr(file, "ROWS", ()))
 QUANTITIES: dict[str, Quantity] = {

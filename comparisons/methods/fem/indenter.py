@@ -17,8 +17,8 @@ from comparisons.methods.fem.step import (
     recovered,
 )
 from comparisons.methods.solver import Refused, Solver, needed
-from comparisons.scene.indenters.ellipsoid import Ellipsoid
 from comparisons.scene.indenters.indenter import Indenter
+from comparisons.scene.indenters.not_round import Ellipsoid
 from comparisons.scene.indenters.punches import EllipticPunch
 from comparisons.scene.scene import Scene
 from comparisons.tasks.steps import Row, Step

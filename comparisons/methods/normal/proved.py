@@ -23,10 +23,10 @@ from comparisons.facts.quantities.rows import ENCLOSED
 from comparisons.geometry.prepare import Geometry, RoughGeometry
 from comparisons.methods.solver import Refused
 from comparisons.scene.indenters import axisymmetric as round_shapes
-from comparisons.scene.indenters.ellipsoid import Ellipsoid
 from comparisons.scene.indenters.indenter import Indenter
+from comparisons.scene.indenters.not_round import Ellipsoid
 from comparisons.scene.indenters.punches import EllipticPunch
-from comparisons.scene.physics.absolute_loads import AbsoluteLoads
+from comparisons.scene.loading import AbsoluteLoads
 from comparisons.scene.scene import Scene
 from reference.bounds import flat_faces, homogeneous, revolution
 from reference.bounds.ellipses import elliptic_stiffness

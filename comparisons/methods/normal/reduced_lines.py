@@ -10,7 +10,7 @@ from comparisons.geometry.estimates import elastic_body
 from comparisons.geometry.faces import MeasuredFace, SyntheticFace, together
 from comparisons.geometry.prepare import RoughGeometry
 from comparisons.methods.solver import Refused, Solver
-from comparisons.scene.physics.absolute_loads import AbsoluteLoads
+from comparisons.scene.loading import AbsoluteLoads
 from comparisons.scene.scene import Scene
 from comparisons.scene.surface import SelfAffine as SelfAffineTable
 from comparisons.tasks.distributions import Stretches, of_values, wanted

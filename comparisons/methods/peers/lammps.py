@@ -15,7 +15,7 @@ from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.methods.peers.live import Code, LiveCode
 from comparisons.methods.plasticity.indentation import tables_of
 from comparisons.methods.solver import Refused, needed
-from comparisons.scene.physics.absolute_loads import loads_of
+from comparisons.scene.loading import loads_of
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
 

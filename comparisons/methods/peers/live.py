@@ -21,7 +21,7 @@ from comparisons.isolation import parent
 from comparisons.machine import MEMORY_SHARE, free_memory
 from comparisons.methods.plasticity.indentation import ONLY_INDENTERS, radius_of
 from comparisons.methods.solver import Refused, Solver, needed
-from comparisons.scene.physics.absolute_loads import loads_of
+from comparisons.scene.loading import loads_of
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task

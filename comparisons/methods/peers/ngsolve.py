@@ -11,7 +11,7 @@ from comparisons.isolation import parent
 from comparisons.machine import MEMORY_SHARE, free_memory
 from comparisons.methods.fem.indenter import FemSolver, contact_stretch
 from comparisons.methods.solver import Refused, Solver, needed
-from comparisons.scene.indenters.ellipsoid import Ellipsoid
+from comparisons.scene.indenters.not_round import Ellipsoid
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task

@@ -18,9 +18,9 @@ from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.methods.normal.closed_form import FormSolver
 from comparisons.methods.normal.reduced import ProfileSolver, line_picture
 from comparisons.methods.solver import Refused, Solver, needed
-from comparisons.scene.indenters.ellipsoid import Ellipsoid
 from comparisons.scene.indenters.indenter import Indenter
-from comparisons.scene.physics.absolute_loads import loads_of
+from comparisons.scene.indenters.not_round import Ellipsoid
+from comparisons.scene.loading import loads_of
 from comparisons.scene.physics.tables.plasticity import HARDNESS, Plasticity
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution

@@ -20,8 +20,8 @@ from comparisons.methods.plasticity.indentation import (
     tables_of,
 )
 from comparisons.methods.solver import Refused, Solver
-from comparisons.scene.indenters.ellipsoid import Ellipsoid
-from comparisons.scene.physics.absolute_loads import loads_of
+from comparisons.scene.indenters.not_round import Ellipsoid
+from comparisons.scene.loading import loads_of
 from comparisons.scene.scene import Scene
 from comparisons.tasks.shown_loads import Fields
 from comparisons.tasks.solution import Solution

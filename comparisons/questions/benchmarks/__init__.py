@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from comparisons.questions.benchmarks import bem, bem_cost, fem, memory, reduced
+from comparisons.questions.benchmarks import bem, fem, memory, reduced
 from comparisons.questions.benchmarks.yardstick import Measurement
 
 BENCHMARKS: dict[str, Callable[[], list[Measurement]]] = {
     "reduced": reduced.measure,
-    "bem": lambda: [*bem.measure(), *bem_cost.measure(), *memory.rows(memory.CASES["bem"])],
+    "bem": lambda: [*bem.measure(), *bem.measure_cost(), *memory.rows(memory.CASES["bem"])],
     "fem": lambda: [*fem.measure(), *memory.rows(memory.CASES["fem"])],
 }

@@ -22,7 +22,7 @@ from comparisons.judging.verdicts import NOT_RESOLVED, WITHIN, WORST_FIRST, judg
 from comparisons.questions.claims.record import STORED, load_claims_record
 from comparisons.results.record import SceneRecord
 from comparisons.scene.indenters.punches import EllipticPunch, RightAngledPunch
-from comparisons.scene.physics.absolute_loads import AbsoluteLoads, loads_of
+from comparisons.scene.loading import AbsoluteLoads, loads_of
 from comparisons.scene.scene import Scene, make_scene
 from reference.closed_form import sphere
 from reference.closed_form.adhesive import maugis_parameter

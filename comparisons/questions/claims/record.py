@@ -93,7 +93,7 @@ class MapRecord(Form):
 class ClaimRecord(Form):
     """A claim with its verdict and the underlying measurements.
 
-    digest: of the code of a full run, as of `comparisons.questions.claims.stale`.
+    digest: of the code of a full run, as of `comparisons.questions.claims.runner`.
     """
 
     id: str

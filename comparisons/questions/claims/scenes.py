@@ -12,7 +12,7 @@ from comparisons.errors import InputError
 from comparisons.facts.methods import CLOSED_FORM, GRID, INDEPENDENT, METHODS, references
 from comparisons.facts.quantities import FIELDS, main_axis
 from comparisons.geometry.prepare import IndenterGeometry
-from comparisons.judging.distributions import field_measures
+from comparisons.judging.fields import field_measures
 from comparisons.judging.levels import Levels
 from comparisons.judging.metrics import relative_error, rms_and_maximum
 from comparisons.judging.refinement import SHARE, refinements
@@ -26,8 +26,7 @@ from comparisons.questions.claims.parameters import Side
 from comparisons.questions.experiments import Measurement
 from comparisons.questions.experiments.experiment import Effort
 from comparisons.solving.inquiries import Inquiry, curves
-from comparisons.solving.plan import Plan
-from comparisons.solving.plan_record import MethodPlan
+from comparisons.solving.plan import MethodPlan, Plan
 from comparisons.solving.planning import plan_scene, refusal
 from comparisons.tasks.solution import Solved
 

@@ -11,7 +11,7 @@ from comparisons.geometry.body_files import FACES
 from comparisons.methods.fem import user_body
 from comparisons.methods.registry import solver_for
 from comparisons.questions.single import solve_scene
-from comparisons.results.exports import mesh_of
+from comparisons.results.store import mesh_of
 from comparisons.scene.scene import SceneError, load_scene, make_scene, parse_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from comparisons.judging.distributions import distance
+from comparisons.judging.fields import distance
 from comparisons.methods.normal.reduced_lines import line_values
 from comparisons.questions.single import solve_scene
 from comparisons.results.store import load_study

@@ -5,8 +5,7 @@ import pytest
 
 from comparisons.judging import refinement
 from comparisons.judging.comparison import FEWEST, compare
-from comparisons.judging.levels import Levels
-from comparisons.judging.multilevel import ensemble_text
+from comparisons.judging.levels import Levels, ensemble_text
 from comparisons.judging.refinement import LINES_SHARE, SCATTER, enlarged
 from comparisons.judging.truth import choose_truth
 from comparisons.judging.verdicts import Verdict

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from comparisons.judging.multilevel import allocate, estimate, variances, within_budget
+from comparisons.judging.levels import allocate, estimate, variances, within_budget
 
 # Q_l = 10 + (1 + c_l) x + d_l z_l with x, z_l independent and standard normal: known covariances.
 SLOPES, NOISE = np.array([1.2, 1.05, 1.0]), np.array([0.0, 0.1, 0.05])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from comparisons.judging.pressures import pressure_measures
+from comparisons.judging.fields import pressure_measures
 from comparisons.judging.truth import choose_truth
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of

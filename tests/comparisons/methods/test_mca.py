@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from comparisons.methods.registry import solver_for
-from comparisons.results.exports import mesh_of
 from comparisons.results.record import field_problems
+from comparisons.results.store import mesh_of
 from comparisons.scene.scene import load_scene, make_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of

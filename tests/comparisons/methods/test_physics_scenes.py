@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from comparisons.geometry.prepare import prepare
-from comparisons.scene.physics.absolute_loads import loads_of
+from comparisons.scene.loading import loads_of
 from comparisons.scene.physics.tables.viscoelastic import Viscoelastic
 from comparisons.scene.scene import SUITES, builtin_folder, builtin_names, load_scene, make_scene
 from comparisons.solving.planning import plan_scene

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from comparisons.questions import benchmarks
-from comparisons.questions.benchmarks import bem, bem_cost, memory, reduced
+from comparisons.questions.benchmarks import bem, memory, reduced
 from comparisons.questions.benchmarks import fem as fem_benchmark
 from comparisons.questions.benchmarks.yardstick import interleaved, measurement, vector_features
 from reduced.rough.press import press
@@ -142,17 +142,17 @@ def test_the_faster_peer_is_the_yardstick_and_a_missed_target_is_said(monkeypatc
 
 
 def test_the_memory_of_a_solve_is_that_of_its_own_process():
-    result = bem_cost.largest(32)
+    result = bem.largest(32)
     assert result["seconds"] > 0
     assert result["peak"] > 2e7  # Python with NumPy alone has more
     assert result["iterations"] > 0
-    assert result["violation"] <= bem_cost.TOLERANCE
+    assert result["violation"] <= bem.TOLERANCE
 
 
 @pytest.mark.slow
 def test_a_convolution_is_compared_with_the_machine_it_runs_on():
     """No convolution is below the floor of operations and passes, and none a thousandfold above."""
-    row = bem_cost._floor(64)
+    row = bem._floor(64)
     assert 1 < row.ratio < 1000
     assert "GFlop/s" in row.yardstick
     assert "GB/s" in row.yardstick

@@ -5,11 +5,11 @@ from pathlib import Path
 import pytest
 
 from comparisons.files import read_toml
-from comparisons.questions.claims import stale as subject
+from comparisons.questions.claims import runner as subject
 from comparisons.questions.claims.claim import ClaimError, load_claims, make_claim, scene_of
 from comparisons.questions.claims.families import HERE, SHARED, read_family
 from comparisons.questions.claims.record import STORED, load_claims_record
-from comparisons.questions.claims.stale import digest_of, imported, stale
+from comparisons.questions.claims.runner import digest_of, imported, stale
 from comparisons.questions.experiments import EXPERIMENTS, Experiment
 from roughline.commands.app import run_command
 

@@ -10,9 +10,8 @@ import pytest
 from comparisons.errors import InputError
 from comparisons.questions.merging import merge
 from comparisons.questions.study import Study
-from comparisons.results.exports import MEASURES
 from comparisons.results.record import FIELDS_FOLDER
-from comparisons.results.store import RESULTS, STUDY, load_study
+from comparisons.results.store import MEASURES, RESULTS, STUDY, load_study
 from comparisons.solving import execution
 from comparisons.solving.planning import plan_scene
 from comparisons.tasks.solution import load_solution, save_solution

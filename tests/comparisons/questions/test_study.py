@@ -17,9 +17,8 @@ from comparisons.methods.registry import SOLVERS, concerned
 from comparisons.questions import study as study_module
 from comparisons.questions.study import Study
 from comparisons.results import store
-from comparisons.results.exports import MEASURES, TO_TAKE
 from comparisons.results.record import FIELDS_FOLDER
-from comparisons.results.store import RESULTS, STUDY, load_study
+from comparisons.results.store import MEASURES, RESULTS, STUDY, TO_TAKE, load_study
 from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene

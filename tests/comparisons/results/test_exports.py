@@ -10,7 +10,7 @@ import pytest
 
 import roughline
 from comparisons.methods.normal.reduced import ReducedProfile
-from comparisons.results.exports import MEASURES, TO_TAKE, write_fields
+from comparisons.results.store import MEASURES, TO_TAKE, write_fields
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene

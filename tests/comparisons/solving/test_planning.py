@@ -11,9 +11,8 @@ from comparisons.geometry.prepare import RoughGeometry
 from comparisons.methods.registry import concerned, solver_for, solver_of
 from comparisons.scene.scene import SceneError, load_scene
 from comparisons.solving.execution import execute
-from comparisons.solving.map_patches import PATCH_POINTS, typical_window
 from comparisons.solving.plan import QUICK_REALISATIONS, task_of
-from comparisons.solving.planning import plan_scene
+from comparisons.solving.planning import PATCH_POINTS, plan_scene, typical_window
 
 
 def planned(scene, method, effort="quick"):

@@ -5,8 +5,7 @@ import pytest
 
 from comparisons.errors import InputError
 from comparisons.geometry.prepare import prepare
-from comparisons.solving.map_patches import prepared_otherwise
-from comparisons.solving.planning import plan_all
+from comparisons.solving.planning import plan_all, prepared_otherwise
 
 MAP = {"kind": "map", "file": "map.npy", "size": "1 mm", "height_unit": "m"}
 

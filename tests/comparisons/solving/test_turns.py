@@ -8,8 +8,8 @@ import pytest
 from numba import config
 from numba.core.dispatcher import Dispatcher
 
-from comparisons.solving import compilation as turns
-from comparisons.solving.compilation import compile_in_turn
+from comparisons.solving import execution as turns
+from comparisons.solving.execution import compile_in_turn
 from comparisons.solving.shared import alone
 
 SOURCE = """

@@ -13,7 +13,7 @@ from comparisons.errors import InputError
 from comparisons.questions.claims.claim import load_claims
 from comparisons.questions.claims.record import load_claims_record
 from comparisons.questions.claims.runner import ClaimRun
-from comparisons.questions.experiments import EXPERIMENTS, films, finite_elements, reading_scan
+from comparisons.questions.experiments import EXPERIMENTS, films, finite_elements, rough_contact
 from comparisons.questions.experiments.experiment import Experiment, Finding
 from reference.contact.press import press
 from reference.halfspace import FreeOperator
@@ -195,27 +195,27 @@ def test_light_loads_by_bush_gibson_and_thomas_are_above_the_periodic_surface():
 
 def test_the_best_reading_is_the_best_of_all_and_judged_on_other_surfaces(monkeypatch):
     """A scan of few surfaces on a coarse grid; the judgement is that of the reading alone."""
-    few = [reading for reading in reading_scan.READINGS if reading[0] in (0.3, 2.0)]
-    monkeypatch.setattr(reading_scan, "READINGS", few)
-    monkeypatch.setattr(reading_scan, "_COUNTS", (2, 40))
-    reading_scan.scan.cache_clear()
-    tried = reading_scan.scan(32)
+    few = [reading for reading in rough_contact.READINGS if reading[0] in (0.3, 2.0)]
+    monkeypatch.setattr(rough_contact, "READINGS", few)
+    monkeypatch.setattr(rough_contact, "_COUNTS", (2, 40))
+    rough_contact.scan.cache_clear()
+    tried = rough_contact.scan(32)
     worst = {reading: np.abs(np.log1p(errors)).max() for reading, errors in tried.items()}
-    best = reading_scan.best_reading(32)
+    best = rough_contact.best_reading(32)
     assert worst[best] == min(worst.values())
-    assert reading_scan.best_reading(32, steepest=1)[0] == 0.3
+    assert rough_contact.best_reading(32, steepest=1)[0] == 0.3
     counted = {"quantity": "contact_area_raw", "grid": "native", "points": 32}
-    alone = measure("rough-contact", 0.01, **counted, **reading_scan.parameters_of(best))
+    alone = measure("rough-contact", 0.01, **counted, **rough_contact.parameters_of(best))
     assert measure("best-reading", 0.01, points=32).error == alone.error
-    reading_scan.scan.cache_clear()
+    rough_contact.scan.cache_clear()
 
 
 def test_every_reading_is_one_that_the_text_of_the_chapter_leaves_open():
     """All combinations, as many as the claims say, and each choice with the sentence behind it."""
-    assert len(reading_scan.READINGS) == 768
+    assert len(rough_contact.READINGS) == 768
     scans = [claim for claim in load_claims() if claim.experiment == "best-reading"]
     assert all("768" in claim.text for claim in scans)
-    assert all(choice.sentence and choice.unsaid for choice in reading_scan.CHOICES)
+    assert all(choice.sentence and choice.unsaid for choice in rough_contact.CHOICES)
 
 
 def test_a_one_sided_spectrum_doubles_the_mean_square_height():

@@ -9,7 +9,7 @@ from comparisons.errors import InputError
 from comparisons.questions.experiments import EXPERIMENTS, proved
 from comparisons.questions.experiments.adhesion import largest
 from comparisons.questions.experiments.boundary_elements import QUANTITIES, two_truths
-from comparisons.questions.experiments.friction_judges import FRICTION, impact
+from comparisons.questions.experiments.friction import FRICTION, impact
 from comparisons.questions.experiments.rough_contact import of_surface
 from comparisons.questions.experiments.rough_ensemble import Surface
 from comparisons.questions.experiments.yielding import largest_mises

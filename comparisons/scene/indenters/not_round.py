@@ -1,4 +1,4 @@
-"""The regular pyramid: Vickers' four faces, Berkovich's three."""
+"""Shapes that are not round: the elliptic paraboloid, the pyramids of Vickers and Berkovich."""
 
 from __future__ import annotations
 
@@ -7,8 +7,32 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from comparisons.scene.fields import Positive
+from comparisons.scene.fields import Length, Positive
 from comparisons.scene.indenters.indenter import Indenter
+
+
+class Ellipsoid(Indenter):
+    """x^2 / (2 Rx) + y^2 / (2 Ry), with radii of curvature Rx and Ry."""
+
+    shape: Literal["ellipsoid"]
+    radius_x: Length
+    radius_y: Length
+
+    @property
+    def axisymmetric(self) -> bool:
+        """Only when both radii are equal."""
+        return self.radius_x == self.radius_y
+
+    def gap(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return the elliptic paraboloid."""
+        return x**2 / (2 * self.radius_x) + y**2 / (2 * self.radius_y)
+
+    def reach(self, penetration: float) -> tuple[float, float]:
+        """Return sqrt(2 Rx d) and sqrt(2 Ry d)."""
+        return (
+            float(np.sqrt(2 * self.radius_x * penetration)),
+            float(np.sqrt(2 * self.radius_y * penetration)),
+        )
 
 
 class Pyramid(Indenter):

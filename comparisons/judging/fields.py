@@ -1,0 +1,382 @@
+"""Pressures and distributions compared at the last load.
+
+Of pressures: the L2 difference, the integral, the peak. Of distributions: how far values of equal
+rank are apart. With x(s) the pressure, gap or size that a share s of all of them stays below, the
+distance is int_0^1 |x_1 - x_2| ds over the mean of the truth (Wasserstein's, of first order): 10 %
+is an average over the ranks. Both are normalised, as the area itself is a quantity of its own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import gcd
+from typing import Any
+
+import numpy as np
+from scipy import special
+from scipy.interpolate import LinearNDInterpolator
+
+from comparisons.facts.methods import GRID, METHODS
+from comparisons.facts.quantities import DISTRIBUTIONS
+from comparisons.geometry.prepare import IndenterGeometry, RoughGeometry
+from comparisons.judging.levels import Levels
+from comparisons.judging.metrics import (
+    SINGULAR_RING,
+    Measure,
+    grid_pressure_at,
+    pressure_difference,
+)
+from comparisons.judging.truth import Truth
+from comparisons.judging.uncertainty import SAFE, combined
+from comparisons.methods.normal.closed_form import form_of
+from comparisons.scene.polygons import distance_to_outline
+from comparisons.solving.plan import Plan
+from comparisons.tasks.distributions import edges
+from comparisons.tasks.solution import Solution, Solved
+from reference.closed_form import ClosedForm
+
+Fields = dict[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class TruePressure:
+    """The pressure that a truth gives at the last load."""
+
+    plan: Plan
+    truth: Truth
+
+    @property
+    def is_known(self) -> bool:
+        """Whether there is one: a closed form has it everywhere, a solution where it was kept."""
+        return self._formula is not None or "pressure" in self.truth.solution.fields
+
+    @property
+    def _penetration(self) -> float:
+        return float(self.truth.curves["penetration"][-1])
+
+    def at(self, fields: Fields) -> np.ndarray | None:
+        """Return it at a method's points; None where the truth gives none."""
+        x, y = fields["pressure_x"], fields["pressure_y"]
+        if self._formula is not None:
+            return np.asarray(self._formula.pressure(x, y, self._penetration))
+        if not self.is_known:
+            return None
+        stored = self.truth.solution.fields
+        if "pressure_shape" in stored:
+            other_shape = fields.get("pressure_shape")
+            shape = None if other_shape is None else tuple(int(n) for n in other_shape)
+            return grid_pressure_at(stored, x, y, shape)
+        points = np.stack([stored["pressure_x"], stored["pressure_y"]], axis=-1)
+        # a half or a quarter stands for the whole
+        x, y = (np.abs(c) if (p >= 0).all() else c for c, p in zip((x, y), points.T, strict=True))
+        look_up = LinearNDInterpolator(points, stored["pressure"], fill_value=0.0)
+        return np.asarray(look_up(x, y))
+
+    def regular(self, fields: Fields) -> np.ndarray:
+        """Return which points lie away from every singularity."""
+        x, y = fields["pressure_x"], fields["pressure_y"]
+        everywhere = np.ones(len(x), dtype=bool)
+        geometry = self.plan.geometry
+        if not isinstance(geometry, IndenterGeometry):
+            return everywhere
+        form = self._form
+        if form is not None:
+            if not form.pressure_is_singular:
+                return everywhere
+            rho = form.relative_radius(x, y, self._penetration)
+            centre = 1.0 if form.singular_at == "edge" else 0.0
+            return np.abs(rho - centre) > SINGULAR_RING
+        corners = geometry.indenter.outline
+        if corners is None:
+            return everywhere
+        return distance_to_outline(x, y, corners) > SINGULAR_RING * geometry.contact_radius
+
+    def bar(self, fields: Fields | None = None) -> float:
+        """Return how well it is known, as an L2 difference; NaN with one resolution.
+
+        The change from the next coarser resolution, at first order: with r the ratio of
+        resolutions, 1.25 times that change over r - 1. A compared solution (`fields`) on coarser
+        cells meets the mean over k of the truth's cells, in which errors at the contact's edges
+        cancel: its bar is that of the change between means over k cells of the coarser grid.
+        """
+        if self._formula is not None:
+            return 0.0
+        coarser = self.truth.levels.below(self.truth.resolution)
+        if coarser is None:
+            return float("nan")
+        coarse = self.truth.levels.solutions[coarser].fields
+        finest = self.at(coarse) if "pressure" in coarse else None
+        if finest is None:
+            return float("nan")
+        weight, keep = coarse["pressure_weight"], self.regular(coarse)
+        values = (coarse["pressure"], finest, weight, keep)
+        if fields is not None:
+            # how many of the truth's cells along x and y one cell of the solution covers
+            own, other = (f.get("pressure_shape") for f in (self.truth.solution.fields, fields))
+            cells = 1, 1
+            if own is not None and other is not None:
+                counts = [(int(n), int(m)) for n, m in zip(own, other, strict=True)]
+                if all(n % m == 0 for n, m in counts):
+                    cells = counts[0][0] // counts[0][1], counts[1][0] // counts[1][1]
+            values = _over_cells(values, coarse, cells)
+        before, after, weight, keep = values
+        change = pressure_difference(before, weight, after, keep)
+        return SAFE * change / (self.truth.resolution / coarser - 1)
+
+    @cached_property
+    def _form(self) -> ClosedForm | None:
+        """The closed form of the shape, which knows where its pressure is singular."""
+        geometry = self.plan.geometry
+        scene = self.plan.scene
+        if not isinstance(geometry, IndenterGeometry) or not scene.half_space.uniform:
+            return None
+        return form_of(geometry.indenter, scene.effective_modulus)
+
+    @property
+    def _formula(self) -> ClosedForm | None:
+        """The closed form, if it is the truth."""
+        return self._form if self.truth.exact else None
+
+
+def pressure_measures(
+    plan: Plan, solved: Solved, method: str, resolution: int, truth: Truth
+) -> list[Measure]:
+    """Return name, error and bar of each pressure measure of one solution.
+
+    Where the truth is singular (a sharp edge, the tip of a cone) a ring of SINGULAR_RING contact
+    radii is left out of the L2 difference.
+    """
+    solution = solved[method, resolution]
+    fields = solution.fields
+    if "pressure" not in fields or not solution.converged[0, -1]:
+        return []
+    force = float(solution.quantities["force"][0, -1])
+    integral = float(np.nansum(fields["pressure"] * fields["pressure_weight"]) / force - 1)
+    measures = [("pressure_integral", integral, 0.0)]
+    same = same_grid_difference(solved, method, resolution)
+    if same is not None:
+        measures.append(("pressure_same_grid", same, 0.0))
+    true = TruePressure(plan, truth)
+    values = true.at(fields)
+    if values is None:
+        return measures
+    keep = true.regular(fields) & np.isfinite(fields["pressure"])
+    distance = pressure_difference(fields["pressure"], fields["pressure_weight"], values, keep)
+    bar = true.bar(fields)
+    return [*measures, ("pressure", distance, bar)]
+
+
+def same_grid_difference(solved: Solved, method: str, resolution: int) -> float | None:
+    """Return the relative L2 distance of a grid solver's pressure from FFT BEM's on its cells.
+
+    Both solve the same equations, so this is no discretisation error: it is of the order of their
+    violations of the contact conditions, or one of them is wrong. None where there is no such pair.
+    """
+    grid_solution = solved.get((GRID, resolution))
+    fields = solved[method, resolution].fields
+    if method == GRID or grid_solution is None or "pressure_shape" not in fields:
+        return None
+    theirs = grid_solution.fields
+    if not grid_solution.converged[0, -1] or not np.array_equal(
+        fields["pressure_shape"], theirs.get("pressure_shape", ())
+    ):
+        return None
+    everywhere = np.ones(fields["pressure"].shape, dtype=bool)
+    return pressure_difference(
+        fields["pressure"], fields["pressure_weight"], theirs["pressure"], everywhere
+    )
+
+
+def _over_cells(
+    values: tuple[np.ndarray, ...], fields: Fields, cells: tuple[int, int]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return two pressures, weights and what is kept of a grid, as means over blocks of its cells.
+
+    Of as many cells a block as divide the grid; a block is kept where all of its cells are.
+    """
+    before, after, weight, keep = values
+    if cells == (1, 1) or "pressure_shape" not in fields:
+        return before, after, weight, keep
+    shape = [int(n) for n in fields["pressure_shape"]]
+    block = [gcd(n, k) for n, k in zip(shape, cells, strict=True)]
+
+    def in_blocks(array: np.ndarray) -> np.ndarray:
+        split = array.reshape(shape[0] // block[0], block[0], shape[1] // block[1], block[1])
+        return split.transpose(0, 2, 1, 3).reshape(-1, block[0] * block[1])
+
+    area = in_blocks(weight).sum(axis=1)
+    means = [(in_blocks(p) * in_blocks(weight)).sum(axis=1) / area for p in (before, after)]
+    return means[0], means[1], area, np.asarray(in_blocks(keep).all(axis=1))
+
+
+ALL = slice(None)
+
+
+def distance(values: np.ndarray, reference: np.ndarray, bins: np.ndarray) -> float:
+    """Return the mean difference at equal rank, over the reference's mean; NaN of empty histograms.
+
+    >>> bins = np.geomspace(1, 10, 11)
+    >>> shape = np.arange(10.0)
+    >>> distance(3 * shape, shape, bins)
+    0.0
+    """
+    shares = []  # below each edge of the bins
+    for histogram in (values, reference):
+        total = float(histogram.sum())
+        if not total > 0:
+            return float("nan")
+        shares.append(np.concatenate([[0.0], np.cumsum(histogram) / total]))
+    mean = bins[0] + float(np.trapezoid(1 - shares[1], bins))
+    return float(np.trapezoid(np.abs(shares[0] - shares[1]), bins) / mean)
+
+
+def last_histogram(solution: Solution, name: str, rows: slice = ALL) -> np.ndarray:
+    """Return the mean over surfaces of a distribution at the last load, (bins,)."""
+    several = solution.distributions[name][rows]
+    answered = several[np.isfinite(several).all(axis=1)]
+    return np.asarray(answered.mean(axis=0) if len(answered) else np.full(several.shape[1], np.nan))
+
+
+def _common(name: str, *solutions: Solution) -> slice:
+    """Return the surfaces that all of several solutions know a distribution of."""
+    return slice(min(len(solution.distributions[name]) for solution in solutions))
+
+
+def mean_histogram(levels: Levels, name: str, resolution: int) -> np.ndarray:
+    """Return the mean of a distribution over the surfaces, on all grids up to a resolution.
+
+    That of the coarsest grid, and what each finer one changes on the surfaces that it solved.
+    """
+    grids = [s for n, s in levels.solutions.items() if n <= resolution and name in s.distributions]
+    mean, coarser = last_histogram(grids[0], name), grids[0]
+    for finer in grids[1:]:
+        rows = _common(name, finer, coarser)
+        mean = mean + last_histogram(finer, name, rows) - last_histogram(coarser, name, rows)
+        coarser = finer
+    return mean
+
+
+@dataclass(frozen=True)
+class TrueDistribution:
+    """A distribution of the truth at the last load, and how well it is known."""
+
+    plan: Plan
+    truth: Truth
+    name: str
+
+    @property
+    def is_known(self) -> bool:
+        """Whether the truth's method gives it."""
+        return self.name in self.truth.solution.distributions
+
+    @property
+    def bins(self) -> np.ndarray:
+        """Edges of its bins."""
+        assert isinstance(self.plan.geometry, RoughGeometry)
+        return edges(self.name, self.plan.scene, self.plan.geometry)
+
+    def bar(self) -> float:
+        """Return how far the grid moves it, on the same surfaces; NaN with one grid."""
+        return self.change(self.truth.levels, self.truth.resolution)
+
+    def change(self, levels: Levels, resolution: int) -> float:
+        """Return 1.25 times what is left of the change from the next coarser grid, first order."""
+        coarser = levels.below(resolution)
+        if coarser is None:
+            return float("nan")
+        pair = [levels.solutions[n] for n in (coarser, resolution)]
+        if any(self.name not in solution.distributions for solution in pair):
+            return float("nan")
+        common = _common(self.name, *pair)
+        before, after = (last_histogram(solution, self.name, common) for solution in pair)
+        return SAFE * distance(before, after, self.bins) / (resolution / coarser - 1)
+
+    def scatter(self, levels: Levels) -> float:
+        """Return the 95 % half-width of a mean over surfaces or lines; zero of a single one.
+
+        The jackknife: the mean moves by its distance to that without one of the sample.
+        """
+        coarsest = next(s for s in levels.solutions.values() if self.name in s.distributions)
+        if len(coarsest.distributions[self.name]) == 1:
+            return 0.0
+        rows = coarsest.distributions[self.name]
+        rows = rows[np.isfinite(rows).all(axis=1)]
+        count = len(rows)
+        if count < 2:
+            return float("nan")
+        mean = rows.mean(axis=0)
+        moves = [distance((count * mean - row) / (count - 1), mean, self.bins) for row in rows]
+        error = np.sqrt((count - 1) / count * np.square(moves).sum())
+        return float(special.stdtrit(count - 1, 0.975) * error)
+
+    def compared(self, levels: Levels, resolution: int) -> tuple[float, float]:
+        """Return how far a method's distribution is from it, and the bar of that."""
+        if METHODS[levels.method].dimension == 3:
+            both = self.truth.solution, levels.solutions[resolution]
+            common = _common(self.name, *both)
+            true, own = (last_histogram(solution, self.name, common) for solution in both)
+            return distance(own, true, self.bins), self.bar()
+        true = mean_histogram(self.truth.levels, self.name, self.truth.resolution)
+        own = mean_histogram(levels, self.name, resolution)
+        bars = [self.bar(), self.scatter(self.truth.levels), self.scatter(levels)]
+        if resolution == levels.finest:
+            bars.append(float(np.nan_to_num(self.change(levels, resolution))))
+        return distance(own, true, self.bins), float(combined(*map(np.asarray, bars)))
+
+
+def distribution_measures(
+    plan: Plan, solved: Solved, method: str, resolution: int, truth: Truth
+) -> list[Measure]:
+    """Return name, distance and bar of each distribution of one solution that is compared."""
+    levels = Levels.of(solved, method)
+    solution = levels.solutions[resolution]
+    measures = []
+    for name in (name for name in DISTRIBUTIONS if name in plan.compared):
+        true = TrueDistribution(plan, truth, name)
+        if true.is_known and name in solution.distributions:
+            apart, bar = true.compared(levels, resolution)
+            measures.append((name, apart, bar))
+    return measures
+
+
+def distribution_rows(plan: Plan, solved: Solved) -> list[dict[str, Any]]:
+    """Return each method's distributions at the last load on its finest grid, bin by bin.
+
+    ``amount`` is the share of the nominal area, or the number of contacts on it, between ``low``
+    and ``high``: a mean over surfaces or lines. Empty bins have no row.
+    """
+    rows = []
+    for method in dict.fromkeys(method for method, _ in solved):
+        levels = Levels.of(solved, method)
+        finest = levels.finest
+        known = () if finest is None else levels.solutions[finest].distributions
+        for name in (name for name in DISTRIBUTIONS if name in known):
+            assert finest is not None
+            assert isinstance(plan.geometry, RoughGeometry)
+            bins = edges(name, plan.scene, plan.geometry)
+            amount = mean_histogram(levels, name, finest)
+            common = {"scene": plan.scene.name, "method": method, "resolution": finest}
+            rows += [
+                common | {"quantity": name, "low": low, "high": high, "amount": float(part)}
+                for low, high, part in zip(bins[:-1], bins[1:], amount, strict=True)
+                if part > 0
+            ]
+    return rows
+
+
+def field_measures(
+    plan: Plan, solved: Solved, method: str, resolution: int, truth: Truth
+) -> list[Measure]:
+    """Return name, error and bar of each measure at the last load of one solution."""
+    of_one = plan, solved, method, resolution, truth
+    return [*pressure_measures(*of_one), *distribution_measures(*of_one)]
+
+
+def field_bar(plan: Plan, truth: Truth, name: str) -> list[float]:
+    """Return how well the truth knows a field at the last load; nothing where it gives none."""
+    if name in DISTRIBUTIONS:
+        distribution = TrueDistribution(plan, truth, name)
+        return [distribution.bar()] if distribution.is_known else []
+    pressure = TruePressure(plan, truth)
+    return [pressure.bar()] if pressure.is_known else []
