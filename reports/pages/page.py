@@ -1,7 +1,8 @@
 """Rendering of all pages: one self-contained file that runs only its own scripts.
 
-plotly.js, pictures, styles and data are embedded. All text from scenes or results is escaped, and
-a content security policy allows only the page's own scripts, by their hashes.
+plotly.js (compressed, as `library.js` unpacks it), pictures, styles and data are embedded. All text
+from scenes or results is escaped, and a content security policy allows only the page's own scripts,
+by their hashes.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import json
 import math
 import os
 import re
+import zlib
 from collections.abc import Mapping
 from contextlib import suppress
 from functools import cache
@@ -37,6 +39,7 @@ TEMPLATES = Path(__file__).with_name("templates")
 # One program in the page, in this order: later parts use the names of earlier ones.
 SCRIPTS = (
     "state.js",
+    "library.js",
     "plots.js",
     "downloads.js",
     "tables.js",
@@ -73,7 +76,7 @@ def render(
             style=Markup((TEMPLATES / "report.css").read_text(encoding="utf-8")),  # noqa: S704
             static=static,
             script=Markup(script),  # noqa: S704  our own files
-            library=Markup(library),  # noqa: S704  the plotly package's own file
+            library=packed_library(),
             figure_data={
                 key: embedded_json(spec(graph) if isinstance(graph, Figure) else graph)
                 for key, graph in drawn.items()
@@ -89,6 +92,12 @@ def page_script() -> str:
     """Return the script of the pages: all parts in one scope, in strict mode."""
     parts = [(TEMPLATES / name).read_text(encoding="utf-8") for name in SCRIPTS]
     return "\n".join(['"use strict";', "(() => {", *parts, "})();"])
+
+
+@cache
+def packed_library() -> str:
+    """Return plotly.js compressed, in base64, which is two fifths of it."""
+    return base64.b64encode(zlib.compress(get_plotlyjs().encode())).decode()
 
 
 def embedded_json(value: Any) -> Markup:

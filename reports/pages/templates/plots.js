@@ -129,6 +129,7 @@ dark.addEventListener("change", redraw);
 
 // Paper is always light and has a width of its own.
 window.addEventListener("beforeprint", () => {
+  if (!window.Plotly) return;
   theme = THEMES.light;
   canvases.filter((canvas) => canvas.offsetParent).forEach((canvas) => draw(canvas, "print"));
 });

@@ -44,6 +44,25 @@ def test_a_newcomer_sees_the_summary_and_a_short_page(visit):
         assert page.evaluate("document.activeElement.textContent") == "Skip to the content"
 
 
+def test_a_browser_that_cannot_unpack_the_plots_says_so(browser, report):
+    """It offers nothing that needs them, and all else works: tables, choices, the printer."""
+    context = browser.new_context()
+    page = context.new_page()
+    complaints = []
+    page.on("console", lambda part: complaints.append(part.text))
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    page.add_init_script("delete window.DecompressionStream")
+    page.goto(f"{report.as_uri()}#scene-1?load.scene-1=0")
+    assert page.locator("#main > .alert").first.inner_text().startswith("The plots need a newer")
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    page.evaluate("dispatchEvent(new Event('afterprint'))")
+    page.emulate_media(color_scheme="dark")
+    assert page.locator("#scene-1-settings").is_visible()
+    assert page.locator(".main-svg, .figure-tools").count() == 0
+    assert complaints == []
+    context.close()
+
+
 def test_the_summary_stands_on_the_first_screen_of_a_phone(followed):
     page = followed().page
     page.set_viewport_size({"width": PHONE[0], "height": PHONE[1]})
