@@ -19,7 +19,7 @@ from reports.tables.validation import measurements
 from roughline import notebook
 
 if TYPE_CHECKING:
-    from reports.paper.style import PaperFigure
+    from reports.paper.figures import PaperFigure
 
 MOST_ROWS = 12
 

@@ -26,7 +26,7 @@ from roughline import notebook
 from roughline.scenes import scene_of
 
 if TYPE_CHECKING:
-    from reports.paper.style import PaperFigure
+    from reports.paper.figures import PaperFigure
 
 COLUMNS = ["method", "resolution", "quantity", "at", "step", "error", "uncertainty"]
 COLUMNS += ["maximum", "rms", "verdict", "seconds", "surfaces", "seconds_all", "unknowns"]

@@ -28,7 +28,7 @@ from roughline.scenes import load_scene
 if TYPE_CHECKING:
     import xarray
 
-    from reports.paper.style import PaperFigure
+    from reports.paper.figures import PaperFigure
 
 MOST_ROWS = 12
 

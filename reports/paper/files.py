@@ -21,7 +21,10 @@ from comparisons.results.folder import MAILED
 from comparisons.results.record import StudyRecord
 from reports.pages.page import render
 from reports.paper.figures import (
+    FORMATS,
+    PAGE,
     VERDICTS_CAPTION,
+    PaperFigure,
     file_name,
     overview,
     panels,
@@ -29,7 +32,6 @@ from reports.paper.figures import (
     single,
     verdict_figure,
 )
-from reports.paper.style import FORMATS, PAGE, PaperFigure
 from reports.plots.axes import FOOT_NOTE
 from reports.plots.errors import sweeps
 from reports.tables.card import card

@@ -192,7 +192,14 @@ def sweeps(scenes: Sequence[SceneRecord]) -> list[Figure]:
 
 def _along(path: str, scenes: list[SceneRecord], name: str) -> Figure | None:
     """Return the errors of one quantity along a key."""
-    places = np.array([_value(scene.tables, path) for scene in scenes])
+    # The numbers at the key, in SI units; NaN where there is something else.
+    places = np.full(len(scenes), np.nan)
+    for place, scene in enumerate(scenes):
+        value: Any = scene.tables
+        for key in path.split("."):
+            value = value.get(key) if isinstance(value, dict) else None
+        if isinstance(value, (int, float)) and not isinstance(value, bool):
+            places[place] = value
     words = path.split(".")[-1].replace("_", " ")
     texts = [str(scene.tables["sweep"][path]) for scene in scenes]
     words_only = not np.isfinite(places).all()
@@ -248,12 +255,3 @@ def _along(path: str, scenes: list[SceneRecord], name: str) -> Figure | None:
         levels=tuple(map(tolerance_line, tolerances)),
         quantity=name,
     )
-
-
-def _value(tables: dict[str, Any], path: str) -> float:
-    """Return the number at a dotted key, in SI units; NaN where there is something else."""
-    value: Any = tables
-    for key in path.split("."):
-        value = value.get(key) if isinstance(value, dict) else None
-    number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    return float(value) if number else float("nan")
