@@ -15,8 +15,7 @@ from comparisons.facts.quantities import CURVES, FIELDS, counterpart, main_axis,
 from comparisons.judging.fields import distribution_rows, field_bar, field_measures
 from comparisons.judging.levels import Levels
 from comparisons.judging.metrics import rms_and_maximum
-from comparisons.judging.reference import Bar, Verification, verified
-from comparisons.judging.truth import EXACT, Truth, choose_truth
+from comparisons.judging.truth import EXACT, Bar, Truth, Verification, choose_truth, verified
 from comparisons.judging.uncertainty import combined
 from comparisons.judging.verdicts import LAST_LOAD, NEVER, Verdict, judged
 from comparisons.methods.normal.proved import enclosures_asked_for

@@ -16,7 +16,7 @@ import pandas as pd
 
 from comparisons.facts.quantities.rows import ENCLOSED
 from comparisons.judging.metrics import rms_and_maximum
-from comparisons.judging.reference import missed_by
+from comparisons.judging.truth import missed_by
 from comparisons.judging.uncertainty import (
     SHARES,
     Calibrated,
@@ -178,7 +178,7 @@ class Held:
 def held(cases: Iterable[Case]) -> Held:
     """Return how many bars there are to hold against a theorem, and how many it refutes.
 
-    A bar is that of one load step, as in a study (`judging.reference`).
+    A bar is that of one load step, as in a study (`judging.truth`).
     """
     bars, missed, without = 0, 0, Counter[str]()
     for case in cases:

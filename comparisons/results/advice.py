@@ -15,7 +15,7 @@ from comparisons.facts.methods import CLOSED_FORM, METHODS, title_of
 from comparisons.facts.quantities import quantity
 from comparisons.files import plain
 from comparisons.formatting import MISSING, count, duration, relative, tolerance
-from comparisons.judging.reference import Bar
+from comparisons.judging.truth import Bar
 from comparisons.judging.verdicts import (
     NO_RESULT,
     NOT_RESOLVED,

@@ -34,7 +34,7 @@ from comparisons.facts.methods import GRID, METHODS, MODEL, NOT_ASKED, is_known,
 from comparisons.facts.quantities import FIELDS, main_axis, quantity
 from comparisons.files import read_arrays
 from comparisons.formatting import count
-from comparisons.judging.reference import Reference
+from comparisons.judging.truth import Reference
 from comparisons.judging.verdicts import LAST_LOAD, NO_RESULT, Verdict
 from comparisons.results.folder import Run
 from comparisons.results.rows import NO_ROWS, Rows

@@ -13,8 +13,7 @@ from comparisons.facts.quantities import FIELDS, quantity
 from comparisons.formatting import count, number
 from comparisons.geometry.prepare import RoughGeometry
 from comparisons.judging.comparison import compare, truth_bars
-from comparisons.judging.reference import NO_REFERENCE, Reference
-from comparisons.judging.truth import Truth
+from comparisons.judging.truth import NO_REFERENCE, Reference, Truth
 from comparisons.judging.verdicts import NO_RESULT, Verdict
 from comparisons.results.advice import advise
 from comparisons.results.record import NOBODY, SceneRecord

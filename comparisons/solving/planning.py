@@ -44,11 +44,13 @@ from comparisons.solving.plan import (
     MethodPlan,
     Plan,
     PlanRecord,
+    notes_of,
+    omissions,
     pilots,
     realisation_count,
+    switched_on,
     task_of,
 )
-from comparisons.solving.plan_notes import notes_of, omissions, switched_on
 from comparisons.tasks.shown_loads import MOST_POINTS
 from comparisons.tasks.task import Task
 

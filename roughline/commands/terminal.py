@@ -73,7 +73,7 @@ def print_study(
     """
     from comparisons.facts.methods import METHODS
     from comparisons.geometry.plausibility import doubtful
-    from comparisons.judging.reference import tally
+    from comparisons.judging.truth import tally
     from comparisons.results.advice import advise, wide_truth
     from comparisons.results.finding import methods_of
     from comparisons.results.measured import modulus_sentence

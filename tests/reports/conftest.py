@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 
 from comparisons.files import write_arrays
-from comparisons.judging.reference import Reference
+from comparisons.judging.truth import Reference
 from comparisons.judging.verdicts import Verdict, judged
 from comparisons.results.record import SceneRecord, StudyRecord
 from comparisons.results.rows import Rows

@@ -15,7 +15,7 @@ pytest.importorskip("matplotlib", reason="the extra `paper` is not installed")
 import roughline
 from comparisons.errors import InputError
 from comparisons.facts.quantities import quantity
-from comparisons.judging.reference import NO_REFERENCE
+from comparisons.judging.truth import NO_REFERENCE
 from comparisons.results.finding import deciding
 from comparisons.results.rows import NO_ROWS, Rows
 from comparisons.results.scene_record import explained

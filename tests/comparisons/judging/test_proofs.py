@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_info
 
 import roughline
 from comparisons.errors import InputError
-from comparisons.judging import reference
+from comparisons.judging import truth as judging
 from comparisons.judging.truth import Truth
 from comparisons.methods.normal import proved
 from comparisons.questions import single
@@ -202,7 +202,7 @@ def test_a_report_draws_the_interval_and_says_which_bars_miss_it(monkeypatch):
     assert PROVED in [band.label for band in figure.bands]
     assert "every bar of a reference reaches it" in figure.caption
     # a theorem about another ball: no bar reaches its interval
-    monkeypatch.setattr(reference, "missed_by", lambda value, *_: np.full(len(value), 0.01))
+    monkeypatch.setattr(judging, "missed_by", lambda value, *_: np.full(len(value), 0.01))
     record = recorded()
     assert any("misses the proved interval by 1" in text for text in record.disagreements)
     assert "6 of 6 bars miss it" in curve(record, "penetration", "force").caption

@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from comparisons.errors import ResultsError
-from comparisons.judging.reference import NO_REFERENCE
+from comparisons.judging.truth import NO_REFERENCE
 from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.methods.registry import SOLVERS, concerned
 from comparisons.questions import study as study_module

@@ -11,7 +11,7 @@ import tomli_w
 from comparisons import machine
 from comparisons.facts.methods import METHODS
 from comparisons.facts.quantities import FIELDS
-from comparisons.judging.reference import NO_REFERENCE, Bar, Reference
+from comparisons.judging.truth import NO_REFERENCE, Bar, Reference
 from comparisons.judging.verdicts import Verdict, worst
 from comparisons.questions.study import solved_in_memory
 from comparisons.results.advice import advise, wide_truth

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 from comparisons import formatting as fmt
-from comparisons.judging.reference import Reference
+from comparisons.judging.truth import Reference
 from comparisons.questions.problems.sheet import sheet_of
 from comparisons.questions.study import solved_in_memory
 from comparisons.results.advice import advise

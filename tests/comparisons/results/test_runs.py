@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparisons.judging.reference import Reference
+from comparisons.judging.truth import Reference
 from comparisons.judging.verdicts import Verdict
 from comparisons.results.record import SceneRecord, StudyRecord
 from comparisons.results.rows import Rows

@@ -12,7 +12,7 @@ import pytest
 
 from comparisons.errors import ResultsError
 from comparisons.files import read_arrays, write_arrays, write_table
-from comparisons.judging.reference import Bar, Reference, Verification
+from comparisons.judging.truth import Bar, Reference, Verification
 from comparisons.judging.verdicts import Verdict
 from comparisons.results.record import FIELDS_FOLDER, SceneRecord, StudyRecord
 from comparisons.results.rows import Rows

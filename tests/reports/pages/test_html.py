@@ -18,7 +18,7 @@ import pytest
 
 import reports.pages
 from comparisons.formatting import number
-from comparisons.judging.reference import NO_REFERENCE
+from comparisons.judging.truth import NO_REFERENCE
 from comparisons.judging.verdicts import worst
 from comparisons.results.advice import advise
 from comparisons.results.rows import NO_ROWS, Rows

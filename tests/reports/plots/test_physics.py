@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparisons.judging.reference import Reference
+from comparisons.judging.truth import Reference
 from comparisons.judging.verdicts import Verdict
 from comparisons.results.record import SceneRecord
 from comparisons.results.rows import Rows
