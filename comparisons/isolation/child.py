@@ -58,7 +58,12 @@ def _answer(folder: Path) -> None:
     try:
         # The pickle is trusted, as the parent has just written it.
         work, arguments, memory = pickle.loads((folder / WORK).read_bytes())  # noqa: S301
-        _limit_address_space(memory)
+        if memory is not None and sys.platform != "win32":
+            import resource
+
+            limit, (_, hard) = address_space(memory), resource.getrlimit(resource.RLIMIT_AS)
+            if hard == resource.RLIM_INFINITY or limit < hard:
+                resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
         module, _, name = work.rpartition(":")
         if module.endswith(".py"):
             function = runpy.run_path(module)[name]
@@ -110,18 +115,6 @@ def _write(path: Path, answer: Any) -> None:
 def address_space(memory: float) -> int:
     """Return the limit of address space in bytes for a limit of memory."""
     return int(4 * memory + _LIBRARIES)
-
-
-def _limit_address_space(memory: float | None) -> None:
-    if memory is None:
-        return
-    try:
-        import resource
-    except ImportError:  # Windows
-        return
-    limit, (_, hard) = address_space(memory), resource.getrlimit(resource.RLIMIT_AS)
-    if hard == resource.RLIM_INFINITY or limit < hard:
-        resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
 
 
 def _listen(pipe: int, calls: SimpleQueue[bytes]) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 
 import numpy as np
@@ -34,7 +34,39 @@ _EXPONENT_FROM = 10**4  # with fewer points, the call costs as much as the line
 
 def measure() -> list[Measurement]:
     """Run all measurements; about a minute on one thread."""
-    return [*_long_line(0.8), *_long_line(0.3), *_batch(), *_single(), *_sizes(), *_sliding()]
+    lines = rough_lines(LINES, POINTS)
+    batch = _against_argsort(
+        f"{LINES} lines x {POINTS} points x {FEW_LOADS} loads",
+        _presses(lines, FEW_LOADS),
+        lines.heights,
+        "np.argsort of the batch",
+        BATCH_TARGET,
+    )
+    # one contact of 40 springs, as in scenes of a single shape
+    springs, loads = Springs(equivalents.paraboloid(1.0), 1.0), np.geomspace(1e-3, 0.1, 7)
+    single = _against_argsort(
+        "paraboloid, 40 springs x 7 loads",
+        {name: partial(indent, springs, Load(name, loads)) for name in ("penetration", "force")},
+        np.random.default_rng(0).normal(size=80),
+        "np.argsort of 80 numbers",
+        None,
+    )
+    return [*_long_line(0.8), *_long_line(0.3), *batch, *single, *_sizes(), *_sliding()]
+
+
+def _against_argsort(
+    title: str,
+    tasks: Mapping[str, Callable[[], object]],
+    values: np.ndarray,
+    yardstick: str,
+    target: float | None,
+) -> list[Measurement]:
+    """Return the cost of each task relative to sorting values along their last axis."""
+    times = interleaved({"argsort": partial(np.argsort, values, axis=-1), **tasks}, 21)
+    return [
+        measurement(f"{title}, {name}", times[name], yardstick, times["argsort"], target)
+        for name in tasks
+    ]
 
 
 def rough_lines(count: int, points: int, hurst: float = 0.8) -> RoughLines:
@@ -80,38 +112,6 @@ def _long_line(hurst: float) -> list[Measurement]:
     return [*rows, measurement(against_sort, times[name], "np.sort", times["sort"])]
 
 
-def _batch() -> list[Measurement]:
-    lines = rough_lines(LINES, POINTS)
-    tasks = _presses(lines, FEW_LOADS)
-    times = interleaved({"argsort": partial(np.argsort, lines.heights, axis=1), **tasks}, 21)
-    title = f"{LINES} lines x {POINTS} points x {FEW_LOADS} loads"
-    yardstick = "np.argsort of the batch"
-    return [
-        measurement(f"{title}, {name}", times[name], yardstick, times["argsort"], BATCH_TARGET)
-        for name in tasks
-    ]
-
-
-def _single() -> list[Measurement]:
-    """Return the cost of one contact of 40 springs, as in scenes of a single shape."""
-    profile, loads = equivalents.paraboloid(1.0), np.geomspace(1e-3, 0.1, 7)
-    heights = np.random.default_rng(0).normal(size=80)
-    tasks = {
-        control: partial(indent, Springs(profile, 1.0), Load(control, loads))
-        for control in ("penetration", "force")
-    }
-    times = interleaved({"argsort": partial(np.argsort, heights), **tasks}, 21)
-    return [
-        measurement(
-            f"paraboloid, 40 springs x 7 loads, {name}",
-            times[name],
-            "np.argsort of 80 numbers",
-            times["argsort"],
-        )
-        for name in tasks
-    ]
-
-
 def _sliding() -> list[Measurement]:
     """Return the cost of Problem 1 relative to one np.exp per point and step, slow to fast sliding.
 
@@ -120,6 +120,11 @@ def _sliding() -> list[Measurement]:
     heights = rough_lines(SLIDING_LINES, SLIDING_POINTS).heights
     lines = RoughLines(1e-2 * heights, 1 / SLIDING_POINTS)
     points = np.random.default_rng(0).normal(size=lines.heights.shape)
+
+    def exponentials() -> None:
+        for _ in range(SLIDING_STEPS):
+            np.exp(points)
+
     rows = []
     for load, target in ((1e-3, EXP_TARGET), (2e-2, None)):
         tasks = {
@@ -133,8 +138,7 @@ def _sliding() -> list[Measurement]:
             )
             for reach in (1e-3, 1.0, 10.0, 100.0)
         }
-        exp = partial(_repeat, partial(np.exp, points), SLIDING_STEPS)
-        times = interleaved({"exp": exp, **tasks}, 3)
+        times = interleaved({"exp": exponentials, **tasks}, 3)
         share = "a tenth" if target else "half"
         rows += [
             measurement(
@@ -148,11 +152,6 @@ def _sliding() -> list[Measurement]:
             for name in tasks
         ]
     return rows
-
-
-def _repeat(task: Callable[[], object], times: int) -> None:
-    for _ in range(times):
-        task()
 
 
 def _sizes() -> list[Measurement]:

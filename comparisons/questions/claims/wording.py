@@ -50,7 +50,22 @@ def sentence(
     failing = [point for point in judged if point.word == OUTSIDE]
     noun = judged[0].noun if judged else ""
     span = f"{claim.parameter} from {value(first.parameter)} to {value(points[-1].parameter)}"
-    left = f"{_open(points)}{_sign_changes(points)}"
+    # Points outside between which the error changes sign: there the claim holds because two errors
+    # cancel. Only signs that are certain within the bars count, and only between such points.
+    sure = [
+        (value(point.parameter), point.error)
+        for point in points
+        if point.word not in (WITHIN, NO_RESULT)
+        and point.error is not None
+        and point.uncertainty is not None
+        and abs(point.error) > point.uncertainty
+    ]
+    crossings = [f"{low} and {high}" for (low, e), (high, f) in pairwise(sure) if e * f < 0]
+    left = _open(points)
+    if len(crossings) > 3:
+        left += f"; the error changes sign {len(crossings)} times"
+    elif crossings:
+        left += f"; the error changes sign between {', and between '.join(crossings)}"
     if not judged:
         finding = f"No result: {_reason(first)}."
     elif verdict == HOLDS:
@@ -191,28 +206,6 @@ def _stretch(stretch: RangeRecord) -> str:
     text = f"at {low}" if stretch.low == stretch.high else f"from {low} to {high}"
     beyond = [value(end) for end in (stretch.below, stretch.above) if end is not None]
     return f"{text} (not at {' nor at '.join(beyond)})" if beyond else text
-
-
-def _sign_changes(points: list[PointRecord]) -> str:
-    """Return the points outside between which the error changes sign, in words; "" if none.
-
-    There the claim holds because two errors cancel. Only signs that are certain within the bars
-    count, and only between points that are not within.
-    """
-    sure = [
-        (value(point.parameter), point.error)
-        for point in points
-        if point.word not in (WITHIN, NO_RESULT)
-        and point.error is not None
-        and point.uncertainty is not None
-        and abs(point.error) > point.uncertainty
-    ]
-    crossings = [f"{low} and {high}" for (low, e), (high, f) in pairwise(sure) if e * f < 0]
-    if len(crossings) > 3:
-        return f"; the error changes sign {len(crossings)} times"
-    return (
-        f"; the error changes sign between {', and between '.join(crossings)}" if crossings else ""
-    )
 
 
 def _open(points: list[PointRecord]) -> str:

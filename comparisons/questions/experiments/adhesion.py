@@ -91,10 +91,23 @@ def adhesive_face(
     limits = _limits(counts, pulls)
     last = limits[-2] if len(limits) > 1 else 0.5 * (limits[-1] + pulls[-1])
     finer = _ratio(2 * int(counts[0]), 2 * _ZONE, shape, aspect)
+    # What an outline of cells does to a limit: the normal stiffness of the same cells, extrapolated
+    # alike, against that of the elliptic punch in closed form. The largest deviation counts twice,
+    # as the pull-off force depends on the edge alone. The square has no stairs.
+    outline = 0.0
+    if shape == "ellipse":
+        values = []
+        for cells in counts:
+            operator, gap = _face(int(cells), shape, aspect)
+            mask = np.isfinite(gap)
+            of_disc = 2 * np.sqrt(mask.sum() * operator.cell_area / np.pi)
+            values.append(areas.contact_stiffness(operator, mask) / of_disc)
+        exact = float(elliptic_punch(aspect, 1.0, 1.0).force(1.0)) / (2 * np.sqrt(aspect))
+        outline = 2 * float(np.abs(_limits(counts, np.array(values)) / exact - 1).max())
     bars = {
         "bar: range": SAFE * float(abs(1 - last / limits[-1])),
         "bar: cells of the zone": SAFE * float(abs(finer / pulls[0] - 1)),
-        "bar: outline in cells": SAFE * _outline(counts, shape, aspect),
+        "bar: outline in cells": SAFE * outline,
     }
     true = float(limits[-1])  # the rule's force is one
     details = {
@@ -111,25 +124,6 @@ def _limits(counts: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return what neighbouring grids extrapolate to, at first order in 1/counts."""
     limits: np.ndarray = values[1:] + np.diff(values) * counts[:-1] / np.diff(counts)
     return limits
-
-
-def _outline(counts: np.ndarray, shape: str, aspect: float) -> float:
-    """Return the effect of an outline of cells on a limit of pull-off forces.
-
-    The normal stiffness of the same cells, extrapolated alike, against that of the elliptic punch
-    in closed form: the largest deviation, twice, since the pull-off force depends on the edge
-    alone. The square has no stairs.
-    """
-    if shape == "square":
-        return 0.0
-    values = []
-    for cells in counts:
-        operator, gap = _face(int(cells), shape, aspect)
-        mask = np.isfinite(gap)
-        of_disc = 2 * np.sqrt(mask.sum() * operator.cell_area / np.pi)
-        values.append(areas.contact_stiffness(operator, mask) / of_disc)
-    exact = float(elliptic_punch(aspect, 1.0, 1.0).force(1.0)) / (2 * np.sqrt(aspect))
-    return 2 * float(np.abs(_limits(counts, np.array(values)) / exact - 1).max())
 
 
 def _ratio(cells: int, zone: int, shape: str, aspect: float) -> float:

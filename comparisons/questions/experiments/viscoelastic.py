@@ -58,7 +58,28 @@ def harmonic_contact(
     """
     if not 0 < amplitude < 1:
         raise ValueError(f"amplitude must lie between 0 and 1, not {amplitude!r}")
-    coarse, fine = (_stiffness(amplitude, frequency, *grid) for grid in _GRIDS[effort])
+    stiffness = []  # the fundamental of the force over that of the depth on the 3-D half-space
+    for cells, steps in _GRIDS[effort]:
+        # Largest contact radius, sqrt(R d) as for the springs.
+        reach = np.sqrt(_DEPTH * (1 + amplitude))
+        x = (np.arange(cells) - cells / 2 + 0.5) * (2.1 * reach / cells)
+        hold = np.concatenate([[0.0], np.geomspace(0.01, _TO_REST, 16)])
+        later = np.arange(1, steps * _PERIODS + 1) * (2 * np.pi / (frequency * steps))
+        depth = np.append(np.ones(hold.size), 1 + amplitude * np.sin(frequency * later)) * _DEPTH
+        instants = press_in_time(
+            FreeOperator((cells, cells), (2.1 * reach / cells,) * 2, 1.0),
+            (x[:, None] ** 2 + x**2) / 2,
+            GeneralisedMaxwell.standard(1.0, _STIFFENING, 1.0),
+            History("penetration", np.append(hold, _TO_REST + later), depth),
+        )
+        force = np.array([instant.force for instant in instants])[-steps:]
+        t = later[-steps:]
+        basis = np.column_stack(
+            [np.ones(steps), np.exp(t[0] - t), np.sin(frequency * t), np.cos(frequency * t)]
+        )
+        _, _, real, imaginary = np.linalg.lstsq(basis, force)[0] / (amplitude * _DEPTH)
+        stiffness.append(complex(real, imaginary))
+    coarse, fine = stiffness
     material = standard_solid(1.0, _STIFFENING, relaxation_time=1.0)
     stated = complex(harmonic_stiffness(material, np.sqrt(_DEPTH), frequency))
     details = {
@@ -67,30 +88,6 @@ def harmonic_contact(
         "stated loss over storage": stated.imag / stated.real,
     }
     return Share(abs(stated / fine - 1), abs(coarse / fine - 1), details, "deviation")
-
-
-def _stiffness(amplitude: float, frequency: float, cells: int, steps: int) -> complex:
-    """Return the fundamental of the force over that of the depth on the 3-D half-space."""
-    # Largest contact radius, sqrt(R d) as for the springs.
-    reach = np.sqrt(_DEPTH * (1 + amplitude))
-    x = (np.arange(cells) - cells / 2 + 0.5) * (2.1 * reach / cells)
-    operator = FreeOperator((cells, cells), (2.1 * reach / cells,) * 2, 1.0)
-    hold = np.concatenate([[0.0], np.geomspace(0.01, _TO_REST, 16)])
-    later = np.arange(1, steps * _PERIODS + 1) * (2 * np.pi / (frequency * steps))
-    depth = np.append(np.ones(hold.size), 1 + amplitude * np.sin(frequency * later)) * _DEPTH
-    instants = press_in_time(
-        operator,
-        (x[:, None] ** 2 + x**2) / 2,
-        GeneralisedMaxwell.standard(1.0, _STIFFENING, 1.0),
-        History("penetration", np.append(hold, _TO_REST + later), depth),
-    )
-    force = np.array([instant.force for instant in instants])[-steps:]
-    t = later[-steps:]
-    basis = np.column_stack(
-        [np.ones(steps), np.exp(t[0] - t), np.sin(frequency * t), np.cos(frequency * t)]
-    )
-    _, _, real, imaginary = np.linalg.lstsq(basis, force)[0] / (amplitude * _DEPTH)
-    return complex(real, imaginary)
 
 
 # Havriliak & Negami (1967): from 1 MPa at rest to 1 GPa as glass, over ten decades of frequency.

@@ -42,7 +42,7 @@ from comparisons.solving.inquiries import Inquiry, solve_job
 from comparisons.solving.jobs import Done, Job
 from comparisons.solving.plan import Plan, task_of
 from comparisons.solving.planning import plan_scene, refusal, single_resolution
-from comparisons.tasks.solution import REALISATIONS, Solution, Solved
+from comparisons.tasks.solution import REALISATIONS, Solution
 from comparisons.tasks.task import Task
 
 RECORD, TABLE = "hard-cases.json", "hard-cases.csv"
@@ -213,11 +213,30 @@ def outcomes(case: HardCase, methods: Sequence[str], *, full: bool) -> Inquiry[l
     if case.truth.formula is None and not refused:
         trusted = {(judge, n): _jobs(true_plan, judge, n) for n in case.truth.resolutions}
     done = yield [job for jobs in (*solves.values(), *trusted.values()) for job in jobs]
+    # the reference with its bars: a formula, a closed form, or the trusted method
     solved = {key: _joined(jobs, done) for key, jobs in trusted.items()}
-    curves, bars = _truth(case, true_plan, solved)
+    exact: Curves = {}
+    bars: Curves = {}
+    if case.truth.formula is not None:
+        exact = case.truth.formula.curves(true_plan)
+        bars = {name: np.full(len(v), EXACT) for name, v in exact.items()}
+    elif references := truths(solved, true_plan.loads.axis):  # none where it refuses the scene
+        truth = references[0]
+        # All methods solve the same surfaces, so the scatter between surfaces is not an error; on
+        # an identical grid, only the solvers differ.
+        alone = len(case.truth.resolutions) == 1
+        left_out = {ENSEMBLE, DISCRETISATION} if alone else {ENSEMBLE}
+        exact = truth.curves
+        bars = {
+            name: combined(
+                np.full(len(truth.curves[name]), EXACT),
+                *(bar for source, bar in sources.items() if source not in left_out),
+            )
+            for name, sources in truth.sources.items()
+        }
     for (name, resolution), jobs in solves.items():
         solution = _joined(jobs, done)
-        found[name] = _measured(case, plan, curves, bars, name, resolution, solution)
+        found[name] = _measured(case, plan, exact, bars, name, resolution, solution)
     return [found[name] for name in methods]
 
 
@@ -322,31 +341,6 @@ def _largest_error(
         return float("nan"), 0.0
     step = int(np.nanargmax(error))
     return float(error[step]), float(bars[name][step])
-
-
-def _truth(case: HardCase, plan: Plan, solved: Solved) -> tuple[Curves, Curves]:
-    """Return the reference of a case with its bars: a formula, closed form, or trusted method.
-
-    `plan` and `solved` are the plan and solutions of the trusted method.
-    """
-    truth = case.truth
-    if truth.formula is not None:
-        exact = truth.formula.curves(plan)
-        return exact, {name: np.full(len(v), EXACT) for name, v in exact.items()}
-    trusted = next(iter(truths(solved, plan.loads.axis)), None)
-    if trusted is None:  # the trusted method refuses the scene, as expected of others
-        return {}, {}
-    # All methods solve the same surfaces, so the scatter between surfaces is not an error; on an
-    # identical grid, only the solvers differ.
-    left_out = {ENSEMBLE, DISCRETISATION} if len(truth.resolutions) == 1 else {ENSEMBLE}
-    bars = {
-        name: combined(
-            np.full(len(trusted.curves[name]), EXACT),
-            *(bar for source, bar in sources.items() if source not in left_out),
-        )
-        for name, sources in trusted.sources.items()
-    }
-    return trusted.curves, bars
 
 
 def _judged(case: HardCase, name: str, kind: str, **found: Any) -> OutcomeRecord:
