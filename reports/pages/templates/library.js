@@ -11,3 +11,17 @@ const unpackLibrary = async () => {
   script.textContent = await new Response(program).text();
   document.head.append(script);
 };
+
+// One image after another is loaded until something is done: the page is not complete before. What
+// prints it from a command line, as soon as it is complete, finds its plots.
+const holdLoad = (done) => {
+  const image = new Image();
+  let waiting = true, count = 0;
+  const next = () => {
+    count += 1;
+    if (waiting) image.src = `data:image/svg+xml,<svg xmlns="http://www.w3.org/2000/svg" id="i${count}"/>`;
+  };
+  image.addEventListener("load", next);
+  next();
+  done.finally(() => { waiting = false; });
+};

@@ -17,6 +17,8 @@ document.addEventListener("DOMContentLoaded", async () => {
   equipReading();
   state.show();
   if (!canUnpack) return;
-  await unpackLibrary();
+  const unpacked = unpackLibrary();
+  holdLoad(unpacked);
+  await unpacked;
   watchPlots();
 });

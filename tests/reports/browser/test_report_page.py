@@ -63,6 +63,19 @@ def test_a_browser_that_cannot_unpack_the_plots_says_so(browser, report):
     context.close()
 
 
+def test_a_page_is_complete_when_its_plots_can_be_drawn(browser, report):
+    """`chromium --headless --print-to-pdf` prints at that moment."""
+    page = browser.new_page()
+    page.add_init_script(
+        "addEventListener('load', () => {"
+        " dispatchEvent(new Event('beforeprint'));"
+        " window.plots = document.querySelectorAll('.main-svg').length; })"
+    )
+    page.goto(report.as_uri())
+    assert page.evaluate("window.plots") > 0
+    page.close()
+
+
 def test_the_summary_stands_on_the_first_screen_of_a_phone(followed):
     page = followed().page
     page.set_viewport_size({"width": PHONE[0], "height": PHONE[1]})
