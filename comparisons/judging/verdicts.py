@@ -101,17 +101,17 @@ class Verdict(Judgement):
 
     @property
     def band(self) -> str:
-        """Where the one surface of a map lies: "in the lines' band", or outside it and when."""
+        """Where the one surface of a map lies, among 90 % of single lines or beyond, and when."""
         if not self.outside_band:
             return ""
         if self.outside_band == NEVER:
-            return "in the lines' band"
+            return "within the scatter of single lines"
         steps = [int(step) for step in self.outside_band.split()]
         if len(steps) == 1:
-            return f"outside the lines' band at load step {steps[0]}"
+            return f"beyond the scatter of single lines at load step {steps[0]}"
         whole = steps[-1] - steps[0] + 1 == len(steps) > 2
         several = f"{steps[0]} to {steps[-1]}" if whole else ", ".join(map(str, steps))
-        return f"outside the lines' band at load steps {several}"
+        return f"beyond the scatter of single lines at load steps {several}"
 
     @property
     def number(self) -> str:

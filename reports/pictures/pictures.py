@@ -202,8 +202,7 @@ def _rough_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
     }
     caption = (
         f"The rough surface, peaks up ({fmt.with_unit(size[0], 'm')} × "
-        f"{fmt.with_unit(size[1], 'm')}); its contacts at the last load in orange "
-        f"({fmt.relative(touching.mean())} of the cells, {source}). "
+        f"{fmt.with_unit(size[1], 'm')}); its contacts at the last load in orange ({source}). "
         f"{_exaggerated('Heights', exaggeration)}"
     )
     bar = ColourBar(

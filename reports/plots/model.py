@@ -155,7 +155,15 @@ def failure_view(scene: SceneRecord) -> list[Figure]:
         values = np.where(touched > 0, 1.0, relief)
         pixels = coarsened(*item.axes, values)
         frames.append(Map(*pixels, "contact", highest=1.0, contacts=True))
-    touching = float(np.mean(item.pressure > 0))
+    nominal = float(np.prod([np.diff(outer(axis))[0] for axis in item.axes]))
+    several = scene.realisations(item.method, item.resolution)
+    rows = (
+        several.where(several["realisation"] == "0")
+        if len(several)
+        else scene.curve(item.method, item.resolution)
+    )
+    areas = rows["contact_area"]
+    touching = float(areas[-1]) / nominal if len(areas) else float("nan")
     surface = map_figure(
         "failure-surface",
         "Contact of the surface",

@@ -10,9 +10,12 @@ import numpy as np
 from pydantic import BaseModel
 
 from comparisons import formatting as fmt
-from comparisons.facts.methods import MODEL
+from comparisons.facts.methods import CLOSED_FORM, MODEL
 from comparisons.facts.quantities import quantity
+from comparisons.judging.verdicts import WITHIN
 from comparisons.questions.claims.nearest import in_words, nearest_to
+from comparisons.results.advice import truth_known_to
+from comparisons.results.finding import answers
 from comparisons.results.record import SceneRecord
 from comparisons.results.rows import Rows
 from comparisons.scene.fields import WithUnit
@@ -57,7 +60,13 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
         return _loads(scene)  # of a text that is no scene
     surface, indenter = scene.plan.roughness, body.indenter
     nominal = surface.area if surface else indenter.face_area if indenter else None
-    lines = [*_bodies(body), *_loads(scene, nominal)]
+    lines = list(_bodies(body))
+    if (truth := scene.reference.method) and truth != CLOSED_FORM:
+        said = f"{scene.title_of(truth)}, N = {scene.reference.resolution}; ± is of its grid alone"
+        if surface and surface.skewness is not None:
+            said += f"; of the map's preparation: roughline run {scene.name}.toml --sensitivity"
+        lines.append(("true values by", said))
+    lines += _loads(scene, nominal)
     rows = _reference_curve(scene)
     steps = rows["step"]
     most = (
@@ -93,7 +102,8 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
 
 def not_known_here(scene: SceneRecord) -> str:
     """Return that the reduced model can agree by chance only, and what is known; else ""."""
-    if not (reason := scene.by_chance(MODEL)):
+    held = any(item.word == WITHIN for item in scene.verdicts_on(MODEL) if answers(scene, item))
+    if not held or not (reason := scene.by_chance(MODEL)):
         return ""
     said = f"Not known here, because agreement is chance: {reason}."
     return " ".join(filter(None, [said, in_words(nearest_to(scene), scene.tolerance)]))
@@ -168,19 +178,32 @@ def _reference_curve(scene: SceneRecord) -> Rows:
 
 def _loads(scene: SceneRecord, nominal: float | None = None) -> list[tuple[str, str]]:
     rows = _reference_curve(scene)
-    loads = {name: rows[name] for name in LOADS}
     lines = [
-        (quantity(name).label, _range(values, quantity(name).unit))
-        for name, values in loads.items()
-        if np.isfinite(values).any()
+        (quantity(name).label, value)
+        for name in dict.fromkeys((*LOADS, *scene.quantities))
+        if (value := true_value(scene, name))
     ]
-    force, area = loads["force"], loads["contact_area"]
+    force, area = rows["force"], rows["contact_area"]
     if nominal and np.isfinite(force).any():
         lines.append(("nominal pressure F/A₀", _range(force / nominal, "Pa")))
     pressed = (force > 0) & (area > 0)
     if pressed.any() and not (force < 0).any():
         lines.append(("mean pressure F/A", _range(force[pressed] / area[pressed], "Pa")))
     return lines
+
+
+def true_value(scene: SceneRecord, name: str, step: int | None = None) -> str:
+    """Return what the reference found at a load step, or at all, and how well that is known.
+
+    "" where it has not computed the quantity. The prescribed quantity has no bar.
+    """
+    rows = _reference_curve(scene)
+    values = rows[name] if step is None else rows[name][rows["step"] == step]
+    if not np.isfinite(values).any():
+        return ""
+    bar = np.nan if name == scene.control else truth_known_to(scene, (name,))
+    known = f" ± {fmt.relative(bar)}" if np.isfinite(bar) and bar > 0 else ""
+    return _range(values, quantity(name).unit) + known
 
 
 def _range(values: np.ndarray, unit: str) -> str:

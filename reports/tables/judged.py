@@ -13,7 +13,7 @@ from comparisons.results.advice import ITSELF, Advice, advise
 from comparisons.results.finding import finding, symbol
 from comparisons.results.record import WHERE, SceneRecord
 from reports.tables import cells
-from reports.tables.card import not_known_here
+from reports.tables.card import not_known_here, true_value
 from reports.tables.cells import Cell, Table, table
 
 
@@ -38,8 +38,11 @@ def verdict_table(scenes: Iterable[SceneRecord], method: str, *, reasons: bool =
                 because = f", {judgement.band}" if judgement.band else ""
             judged = cells.verdict(judgement.word, text=text + because if reasons else text)
             sides = (scene.name, best) if first else ("", "")
-            rows.append((sides[0], label, _error(judgement), judgement.when, judged, sides[1]))
-    heads = ("scene", "quantity", "largest error", "at", "verdict", "cheapest")
+            true = true_value(scene, judgement.quantity, judgement.step)
+            rows.append(
+                (sides[0], label, _error(judgement), judgement.when, true, judged, sides[1])
+            )
+    heads = ("scene", "quantity", "largest error", "at", "true value", "verdict", "cheapest")
     return table(heads, rows, title=_headline(method))
 
 
@@ -120,7 +123,9 @@ def printed_verdicts(scenes: Iterable[SceneRecord]) -> Table:
         "within the tolerance, error bar included, among those that were run, with its measured "
         "time."
     )
-    return replace(verdict_table(scenes, MODEL, reasons=False).without("at"), title=caption)
+    return replace(
+        verdict_table(scenes, MODEL, reasons=False).without("at", "true value"), title=caption
+    )
 
 
 def _error(verdict: Verdict) -> Cell:

@@ -232,10 +232,10 @@ def test_only_grids_of_cells_err_at_the_contact_line(plan):
     ("steps", "words"),
     [
         ("", ""),
-        ("never", "in the lines' band"),
-        ("2", "outside the lines' band at load step 2"),
-        ("1 4", "outside the lines' band at load steps 1, 4"),
-        ("2 3 4 5", "outside the lines' band at load steps 2 to 5"),
+        ("never", "within the scatter of single lines"),
+        ("2", "beyond the scatter of single lines at load step 2"),
+        ("1 4", "beyond the scatter of single lines at load steps 1, 4"),
+        ("2 3 4 5", "beyond the scatter of single lines at load steps 2 to 5"),
     ],
 )
 def test_a_verdict_says_where_the_surface_lies(steps, words):

@@ -9,7 +9,7 @@ from comparisons import formatting as fmt
 from comparisons.judging.truth import Reference
 from comparisons.questions.problems.sheet import sheet_of
 from comparisons.questions.study import solved_in_memory
-from comparisons.results.advice import advise
+from comparisons.results.advice import advise, truth_known_to
 from comparisons.results.finding import NOT_KNOWN, YES, family, finding
 from comparisons.results.record import SceneRecord
 from comparisons.results.rows import Rows
@@ -17,7 +17,7 @@ from comparisons.results.scene_record import record_scene
 from comparisons.scene.scene import load_scene
 from comparisons.solving.plan import PlanRecord
 from comparisons.solving.planning import plan_scene
-from reports.tables.card import not_known_here
+from reports.tables.card import card, not_known_here
 from reports.tables.problems import sheet_text
 
 
@@ -103,6 +103,19 @@ def test_within_by_chance_is_no_recommendation(load, reasons):
     said = not_known_here(record)
     assert all(reason in said for reason in reasons)
     assert "claim rough-penetration" in said
+    outside = tuple(replace(item, word="outside") for item in record.verdicts)
+    assert not_known_here(replace(record, verdicts=outside)) == ""  # nothing agrees: no chance
+
+
+def test_a_card_gives_the_true_values_of_all_that_was_asked_with_their_bars():
+    """By the reference; the prescribed force is no finding of it and has no bar."""
+    record = solved(0.3)
+    told = dict(card(record))
+    bar = fmt.relative(truth_known_to(record, ("penetration",)))
+    depth = record.curve("bem_fft")["penetration"][-1]
+    assert told["penetration depth"] == f"{fmt.with_unit(depth, 'm')} ± {bar}"
+    assert "±" not in told["force"]
+    assert told["true values by"].startswith("FFT BEM, N = ")
 
 
 def test_a_model_that_takes_longer_than_a_solver_is_not_needed():
