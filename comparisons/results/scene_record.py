@@ -191,5 +191,7 @@ def chance(plan: Plan, truth: Truth | None) -> str:
         reasons.append(f"F/(E* A₀ h') = {number(load)}, below {number(LIGHTEST, 1)}")
     surfaces = max(len(solution.converged) for solution in truth.levels.solutions.values())
     if area < MERGED * geometry.area and surfaces * contacts < FEWEST:
-        reasons.append(f"{count(surfaces * contacts)} contacts, fewer than {FEWEST}")
+        number_of = count(surfaces * contacts)
+        several = "" if number_of == "1" else "s"
+        reasons.append(f"{number_of} contact{several}, fewer than {FEWEST}")
     return " and ".join(reasons)
