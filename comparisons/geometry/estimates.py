@@ -48,8 +48,25 @@ def largest_contact(
         depth = impact_depth(profile, scene.effective_modulus, energy)
         return depth, float(profile.contact_radius(depth))
     if scene.adhesion is not None:
-        pull = np.sqrt(2 * np.pi * scene.adhesion.work / scene.effective_modulus)
-        return _adhering(profile, scene.effective_modulus, pull, loads)
+        # JKR: d = g(a) - l(a), l = pull sqrt(a) (Hess); F = 2 E* (a d - int_0^a g dx)
+        modulus, by_depth = scene.effective_modulus, loads.control == "penetration"
+        pull = np.sqrt(2 * np.pi * scene.adhesion.work / modulus)
+        radii = profile.length * np.geomspace(SMALLEST, LARGEST, 4000)
+        radii = np.append(radii[radii < profile.edge], min(profile.edge, radii[-1]))
+        load = float(loads.values.max())
+        with np.errstate(invalid="ignore"):  # beyond the edge of a shape its height is infinite
+            height = np.asarray(profile.height(radii), dtype=float)
+            trapezia = 0.5 * (height[1:] + height[:-1]) * np.diff(radii)
+            below = np.concatenate([[0.0], np.cumsum(trapezia)])
+            depths = height - pull * np.sqrt(radii)
+            forces = 2 * modulus * (radii * depths - below)
+            within = np.flatnonzero((depths if by_depth else forces) <= load)
+        # Of several equilibria the widest counts. If every contact carries more, the load is beyond
+        # pull-off, and the smallest one does.
+        widest = within[-1] if len(within) else 0
+        a = float(radii[widest])
+        depth = load if by_depth else 0.5 * load / (modulus * a) + float(below[widest]) / a
+        return depth, a
     normal = loads if loads.normal is None else loads.normal
     modulus = scene.effective_modulus
     if scene.viscoelastic is not None and loads.times is not None:
@@ -115,30 +132,6 @@ def _cut(body: equivalents.Section, radius: float) -> tuple[float, float]:
     height = np.asarray(body.height(r), dtype=float)
     volume = np.trapezoid(2 * np.pi * r * (height[-1] - height), r)
     return float(height[-1]), float(volume)
-
-
-def _adhering(
-    profile: equivalents.Profile, modulus: float, pull: float, loads: AbsoluteLoads
-) -> tuple[float, float]:
-    """Return the largest contact of JKR type: d = g(a) - l(a), l = pull sqrt(a) (Hess).
-
-    The force on it is F = 2 E* (a d - int_0^a g dx). Of several equilibria the widest counts.
-    """
-    radius = profile.length * np.geomspace(SMALLEST, LARGEST, 4000)
-    radius = np.append(radius[radius < profile.edge], min(profile.edge, radius[-1]))
-    load = float(loads.values.max())
-    with np.errstate(invalid="ignore"):  # beyond the edge of a shape its height is infinite
-        height = np.asarray(profile.height(radius), dtype=float)
-        trapezia = 0.5 * (height[1:] + height[:-1]) * np.diff(radius)
-        below = np.concatenate([[0.0], np.cumsum(trapezia)])
-        depth = height - pull * np.sqrt(radius)
-        force = 2 * modulus * (radius * depth - below)
-        within = np.flatnonzero((depth if loads.control == "penetration" else force) <= load)
-    # If every contact carries more, the load is beyond pull-off, and the smallest contact counts.
-    widest = within[-1] if len(within) else 0
-    a = float(radius[widest])
-    reached = load if loads.control == "penetration" else 0.5 * load / (modulus * a)
-    return reached + (0.0 if loads.control == "penetration" else float(below[widest]) / a), a
 
 
 def elastic_body(scene: Scene) -> Stack | Graded:

@@ -90,7 +90,18 @@ class RoundContact:
             q = (middle[:, None] + half[:, None] * nodes).ravel()
             weights = 2 / np.pi * (half[:, None] * weights).ravel() * self._excess(q / a)
             for part in np.array_split(np.arange(q.size), 1 + q.size * number // _AT_ONCE):
-                bessel = _even_bessel(number, q[part])
+                # (-1)^n j_2n(q), the transforms of P_2n
+                x = q[part]
+                near, bessel = x < 2 * number, np.empty((number, x.size))
+                bessel[:, near] = spherical_jn(2 * n, x[near])
+                # upwards, which is stable below the argument
+                far = x[~near]
+                lower, order = np.cos(far) / far, np.sin(far) / far
+                for k in range(2 * number - 1):
+                    if k % 2 == 0:
+                        bessel[k // 2, ~near] = order
+                    lower, order = order, (2 * k + 1) / far * order - lower
+                bessel *= (-1.0) ** n
                 matrix += (bessel * weights[part]) @ bessel.T
 
         # solved in units of the modulus for two sides: one, and the line
@@ -159,22 +170,6 @@ class RoundContact:
     def _excess(self) -> Line:
         # long waves to 1e-12 of the thickness of all layers
         return self.body.softening(1e-12 / self.body.total, _SHORT / self.body.thicknesses[0])
-
-
-def _even_bessel(number: int, x: Array) -> Array:
-    """(-1)^n j_2n(x), the transforms of P_2n, for n below `number`; (number, points)."""
-    result = np.empty((number, x.size))
-    near = x < 2 * number
-    orders = np.arange(number)[:, None]
-    result[:, near] = spherical_jn(2 * orders, x[near])
-    far = x[~near]
-    # upwards, which is stable below the argument
-    below, order = np.cos(far) / far, np.sin(far) / far
-    for n in range(2 * number - 1):
-        if n % 2 == 0:
-            result[n // 2, ~near] = order
-        below, order = order, (2 * n + 1) / far * order - below
-    return np.asarray(result * (-1.0) ** orders)
 
 
 def line_factor(exponent: float, grading: float = 0.0) -> float:

@@ -319,10 +319,20 @@ class _Scaled:
         first = thickness.shape[1] // 2 - 2
         middle = thickness[:, first : first + 4] @ np.array([-1, 9, 9, -1]) / 16
         centre = float(np.interp(0.0, x.ravel(), middle))
+        # the thinnest film: of the parabolas through the thinnest cell and its neighbours
+        core = thickness[cells.whole_core]
+        i, j = np.unravel_index(int(np.argmin(core)), core.shape)
+        least = float(core[i, j])
+        for line in (core[max(i - 1, 0) : i + 2, j], core[i, max(j - 1, 0) : j + 2]):
+            if line.size == 3:
+                before, between, after = line
+                bend = before - 2 * between + after
+                below = (after - before) ** 2 / (8 * bend) if bend > 0 else 0.0
+                least -= below if below < least / 4 else 0.0  # a kink is no parabola
         return PointFilm(
             speed=speed,
             film_central=float(centre * self.thickness),
-            film_minimum=float(_least(thickness[cells.whole_core]) * self.thickness),
+            film_minimum=float(least * self.thickness),
             load=float((state.pressure * cells.area).sum()) * ball.load,
             penetration=float(-state.separation * self.thickness),
             shear=shear * (ball.viscosity * speed * ball.radius),
@@ -401,16 +411,3 @@ def _prolonged(coarse: LoadedFilm, state: FilmState, fine: LoadedFilm) -> FilmSt
     least = 0.7 * float(coarse.film.thickness(state).min())
     short = least - float(fine.film.thickness(film).min())
     return replace(film, separation=state.separation + max(0.0, short))
-
-
-def _least(thickness: Field) -> float:
-    """Return the thinnest film: of the parabolas through the thinnest cell and its neighbours."""
-    i, j = np.unravel_index(int(np.argmin(thickness)), thickness.shape)
-    least = float(thickness[i, j])
-    for line in (thickness[max(i - 1, 0) : i + 2, j], thickness[i, max(j - 1, 0) : j + 2]):
-        if line.size == 3:
-            before, middle, after = line
-            bend = before - 2 * middle + after
-            below = (after - before) ** 2 / (8 * bend) if bend > 0 else 0.0
-            least -= below if below < least / 4 else 0.0  # a kink is no parabola
-    return least

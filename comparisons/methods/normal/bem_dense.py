@@ -11,10 +11,10 @@ from comparisons.methods.normal.grid import (
     GridSolver,
     cells,
     contact_cells,
+    face_grid,
     make_grid,
     rough_resolutions,
 )
-from comparisons.methods.normal.grid_punches import face_grid
 from comparisons.methods.solver import Refused
 from comparisons.scene.scene import Scene
 from comparisons.tasks.task import Task

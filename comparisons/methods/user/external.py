@@ -318,7 +318,26 @@ def _add(source: str, limits: Limits, problems: list[str]) -> None:
         return
     try:
         documents = json.loads(outcome.answer["methods"])
-        origins = [_origin(source, digest, document, limits) for document in documents]
+        origins = []
+        for document in documents:
+            # what a method calls itself: a name that no method of ours has
+            name, title, dimension = (document[key] for key in ("name", "title", "dimension"))
+            physics = document.get("physics", [])
+            if not isinstance(name, str) or not NAME.fullmatch(name):
+                raise ValueError(
+                    f"name: expected a-z, 0-9 and _, at most 40 characters, got {name!r:.60}"
+                )
+            if name in METHODS and not METHODS[name].user_made:
+                raise ValueError(f"name: {name!r} is a method of roughline's own")
+            if dimension not in (1, 3):
+                raise ValueError(f"dimension: expected 1 or 3, got {dimension!r:.60}")
+            if not isinstance(physics, list) or any(table not in TABLES for table in physics):
+                names = ", ".join(TABLES)
+                raise ValueError(f"physics: expected tables among {names}, got {physics!r:.60}")
+            title, known = _text(title)[:60] or name, tuple(physics)
+            origins.append(
+                Origin(source, name, title, dimension, digest, **asdict(limits), physics=known)
+            )
     except (KeyError, TypeError, ValueError) as error:
         problems.append(f"{label}: {_text(error)}")
         return
@@ -329,23 +348,6 @@ def _add(source: str, limits: Limits, problems: list[str]) -> None:
             continue
         _register(origin)
     os.environ[VARIABLE] = json.dumps([asdict(method.origin) for method in user_methods()])
-
-
-def _origin(source: str, digest: str, document: Any, limits: Limits) -> Origin:
-    """Check what a method calls itself: a name that no method of ours has."""
-    name, title, dimension = (document[key] for key in ("name", "title", "dimension"))
-    physics = document.get("physics", [])
-    if not isinstance(name, str) or not NAME.fullmatch(name):
-        raise ValueError(f"name: expected a-z, 0-9 and _, at most 40 characters, got {name!r:.60}")
-    if name in METHODS and not METHODS[name].user_made:
-        raise ValueError(f"name: {name!r} is a method of roughline's own")
-    if dimension not in (1, 3):
-        raise ValueError(f"dimension: expected 1 or 3, got {dimension!r:.60}")
-    if not isinstance(physics, list) or any(table not in TABLES for table in physics):
-        names = ", ".join(TABLES)
-        raise ValueError(f"physics: expected tables among {names}, got {physics!r:.60}")
-    title = _text(title)[:60] or name
-    return Origin(source, name, title, dimension, digest, **asdict(limits), physics=tuple(physics))
 
 
 def _digest(source: str) -> str:
