@@ -162,25 +162,7 @@ class LoadedFilm:
                 callback=counts.append,
                 callback_type="pr_norm",
             )
-            # The step is shortened where the film would become too thin.
-            change, rise = step[:-1].reshape(mass.shape), float(step[-1])
-            before, share = film.thickness(state), 1.0
-            for _ in range(30):
-                s = state.s + share * change
-                # A cell that ruptures or heals halts at zero. A slope of p says nothing of theta,
-                # nor the reverse: far before the contact p is 1e-9 of theta.
-                s = np.where((state.s > 0) != (s > 0), np.copysign(np.finfo(float).tiny, s), s)
-                moved = replace(
-                    state,
-                    s=s,
-                    separation=state.separation + share * rise,
-                    displacement=self.displacement(np.maximum(s, 0.0)),
-                )
-                thick = (film.thickness(moved) > _KEPT * before).all()
-                if thick and flow.admits(moved.separation):
-                    break
-                share /= 2
-            state = moved
+            state = self._moved(flow, state, step[:-1].reshape(mass.shape), float(step[-1]))
         near_the_end = min(history) < _NEAR
         reason = "stagnates at round-off" if near_the_end else "too thin for its cells"
         raise ConvergenceError(
@@ -188,3 +170,23 @@ class LoadedFilm:
             f"{len(history)} rounds: {reason}",
             history,
         )
+
+    def _moved(self, flow: Transport, state: FilmState, change: Field, rise: float) -> FilmState:
+        """Return the state after a step, shortened where the film would become too thin."""
+        before, share = self.film.thickness(state), 1.0
+        for _ in range(30):
+            s = state.s + share * change
+            # A cell that ruptures or heals halts at zero. A slope of p says nothing of theta, nor
+            # the reverse: far before the contact p is 1e-9 of theta.
+            s = np.where((state.s > 0) != (s > 0), np.copysign(np.finfo(float).tiny, s), s)
+            moved = replace(
+                state,
+                s=s,
+                separation=state.separation + share * rise,
+                displacement=self.displacement(np.maximum(s, 0.0)),
+            )
+            thick = (self.film.thickness(moved) > _KEPT * before).all()
+            if thick and flow.admits(moved.separation):
+                break
+            share /= 2
+        return moved
