@@ -78,7 +78,24 @@ def largest_contact(
     contact = indent(Springs(profile, modulus), Load(normal.control, largest))
     depth, radius = float(contact.penetration[0]), float(contact.contact_radius[0])
     if scene.wear is not None and normal.control == "force":
-        return _worn(scene, profile, depth, largest, loads)
+        # It goes deeper by less than a rigid plane would have to cut the worn volume k F s off it;
+        # in fretting also by less than the force presses its stick circle alone.
+        table, body = scene.wear, profile.section or profile
+        slip = 1.0 if table.amplitude is None else 4 * table.amplitude
+        goal, first = table.coefficient * largest * slip * float(loads.values[-1]), radius
+        while _cut(body, radius)[1] < goal and radius < profile.edge:
+            radius = min(1.02 * radius, profile.edge)
+        cut, volume = _cut(body, radius)
+        cut += max(goal - volume, 0.0) / (np.pi * radius**2)
+        if scene.friction is not None and table.amplitude is not None:
+            modulus = scene.effective_modulus
+            ratio = scene.tangential_modulus / (scene.friction.coefficient * modulus)
+            stuck = depth - ratio * table.amplitude
+            if stuck > 0:
+                circle = float(profile.contact_radius(stuck))
+                cut = min(cut, 0.5 * largest / (modulus * circle))
+                radius = first
+        depth += cut
     return depth, radius
 
 
@@ -96,34 +113,6 @@ def impact_contacts(
     between = np.interp(np.log(velocities), np.log(few), np.log(depths))
     depth = np.exp(between)
     return depth, np.asarray(profile.contact_radius(depth))
-
-
-def _worn(
-    scene: Scene, profile: equivalents.Profile, depth: float, force: float, loads: AbsoluteLoads
-) -> tuple[float, float]:
-    """Return bounds of penetration and contact radius of a body that wears under a force.
-
-    It goes deeper by less than a rigid plane would have to cut the worn volume k F s off it; in
-    fretting also by less than the force presses its stick circle alone.
-    """
-    assert scene.wear is not None
-    table = scene.wear
-    slip = 1.0 if table.amplitude is None else 4 * table.amplitude
-    goal = table.coefficient * force * slip * float(loads.values[-1])
-    body, first = profile.section or profile, float(profile.contact_radius(depth))
-    radius = first
-    while _cut(body, radius)[1] < goal and radius < profile.edge:
-        radius = min(1.02 * radius, profile.edge)
-    cut, volume = _cut(body, radius)
-    cut += max(goal - volume, 0.0) / (np.pi * radius**2)
-    if scene.friction is not None and table.amplitude is not None:
-        ratio = scene.tangential_modulus / (scene.friction.coefficient * scene.effective_modulus)
-        stuck = depth - ratio * table.amplitude
-        if stuck > 0:
-            circle = float(profile.contact_radius(stuck))
-            cut = min(cut, 0.5 * force / (scene.effective_modulus * circle))
-            radius = first
-    return depth + cut, radius
 
 
 def _cut(body: equivalents.Section, radius: float) -> tuple[float, float]:
