@@ -81,18 +81,20 @@ def scene_notes(scene: Scene, geometry: Geometry) -> list[str]:
     if isinstance(geometry, IndenterGeometry):
         depth, radius = geometry.penetration, geometry.contact_radius
         stated = (
-            f"a penetration of {with_unit(depth, 'm')} is {number(depth / (radius or 1.0))} times "
-            f"the contact radius of {with_unit(radius, 'm')}"
+            f"d/a = {number(depth / (radius or 1.0))} (a/R of a ball), penetration "
+            f"{with_unit(depth, 'm')} over contact radius {with_unit(radius, 'm')}"
         )
         if LARGE * radius < depth <= STEEPEST * radius:
             slopes.append(
-                f"{STRAINED}{stated} (a/R of a ball); every method here takes slopes and "
-                f"strains as small, which above some {number(LARGE, 1)} is an approximation"
+                f"{STRAINED}{stated}; every method here takes slopes and strains as small, which "
+                f"is an approximation from d/a = {number(LARGE, 1)} on and says nothing from "
+                f"{number(STEEPEST, 1)} on"
             )
         if depth > STEEPEST * radius > 0:  # NaN is no contact
             slopes.append(
-                f"{CHECK}slopes: {stated}; every method here holds for small slopes and strains "
-                f"(below some {number(STEEPEST, 1)}), and their agreement says nothing beyond"
+                f"{CHECK}slopes: {stated}; every method here takes slopes and strains as small, "
+                f"an approximation from d/a = {number(LARGE, 1)} on, and their agreement says "
+                f"nothing from {number(STEEPEST, 1)} on"
             )
             if depth > DEEPEST * radius:
                 doubts.append("the contact is deeper than wide")

@@ -170,10 +170,11 @@ def read_range(value: Any, dimension: Dimension, order: Order = "loads") -> Any:
             f'relative_to: expected "{RELATIVE_FORCE}", of a force, got {excerpt(relative)}'
         )
     unit = NUMBER if relative == RELATIVE_FORCE else dimension
-    keys = {"values", "relative_to"} if "values" in table else _RANGE_KEYS
+    listed = "value" if "value" in table else "values"
+    keys = {listed, "relative_to"} if listed in table else _RANGE_KEYS
     problems += [f"{key}: unknown key{near(key, keys)}" for key in table if key not in keys]
-    if "values" in table:
-        values = table["values"]
+    if listed in table:
+        values = table[listed]
         values = values if isinstance(values, (list, tuple)) else [values]
         if len(values) > MOST_STEPS:
             problems.append(f"expected at most {MOST_STEPS} loads, got {len(values)}")
@@ -208,14 +209,16 @@ def _spaced(
 ) -> list[float]:
     missing = [key for key in ("from", "to", "steps") if key not in table]
     if missing:
-        problems.append(f"expected values, or from, to and steps; {', '.join(missing)} missing")
+        problems.append(
+            f"expected value, values, or from, to and steps; {', '.join(missing)} missing"
+        )
         return []
     first = _number(table["from"], unit, "from", problems)
     last = _number(table["to"], unit, "to", problems)
     steps, spacing = table["steps"], table.get("spacing", "linear")
     if isinstance(steps, bool) or not isinstance(steps, int) or not 2 <= steps <= MOST_STEPS:
         problems.append(
-            f"steps: expected a whole number from 2 to {MOST_STEPS} (of one load give its value), "
+            f"steps: expected a whole number from 2 to {MOST_STEPS} (of one load give `value`), "
             f"got {excerpt(steps)}"
         )
     if spacing not in ("linear", "log"):

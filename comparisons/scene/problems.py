@@ -50,7 +50,8 @@ def in_file(error: ValidationError, model: type[BaseModel]) -> list[str]:
         lines.append(readable(problem))
         if problem["type"] == "extra_forbidden":
             *tables, key = problem["loc"]
-            lines[-1] += near(str(key), _keys(model, tables))
+            meant = near(str(key), _keys(model, tables))
+            lines[-1] += meant or _elsewhere(str(key), model, str(tables[0]) if tables else "")
         if problem["type"] == "literal_error" and isinstance(problem["input"], str):
             lines[-1] += near(problem["input"], re.findall("'([^']+)'", problem["ctx"]["expected"]))
         if problem["type"] in ("union_tag_invalid", "union_tag_not_found"):
@@ -60,6 +61,16 @@ def in_file(error: ValidationError, model: type[BaseModel]) -> list[str]:
             where = ".".join(map(str, problem["loc"]))
             lines += [f"{where}.{name}: unknown key{near(str(name), known)}" for name in beside]
     return lines
+
+
+def _elsewhere(key: str, model: type[BaseModel], table: str) -> str:
+    """Return the end of a message on a key that other tables of the file have."""
+    found = [
+        f"[{name}]"
+        for name, field in model.model_fields.items()
+        if name != table and any(key in kind.model_fields for kind in _tables(field.annotation))
+    ]
+    return f"; did you mean {' or '.join(found[:3])}?" if found else ""
 
 
 def _keys(model: type[BaseModel], location: Iterable[str | int]) -> list[str]:

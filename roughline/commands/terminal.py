@@ -173,7 +173,7 @@ def print_solution(result: SingleResult) -> None:
         console.print(compiled(result.method, solution.compile_seconds), highlight=False)
 
 
-def print_claims(record: ClaimsRecord, report: Path) -> None:
+def print_claims(record: ClaimsRecord, report: Path, took: str = "") -> None:
     """Print disagreements, the verdicts with their numbers, and the path of the report.
 
     Of more claims than a screen holds a terminal shows those that differ, and counts the verdicts.
@@ -196,7 +196,7 @@ def print_claims(record: ClaimsRecord, report: Path) -> None:
         rows = claims(record.model_copy(update={"claims": shown}))
         console.print(drawn(rows, unfolded=not console.is_terminal), width=width)
         console.print()
-    _print_path(console, report, record.seconds)
+    _print_path(console, report, record.seconds, took)
 
 
 def print_lists() -> None:
@@ -338,8 +338,9 @@ def _console() -> Console:
     return console
 
 
-def _print_path(console: Console, path: Path, seconds: float) -> None:
-    """Print a path in one piece, to be copied, with the time that it took."""
+def _print_path(console: Console, path: Path, seconds: float, took: str = "") -> None:
+    """Print a path in one piece, to be copied, with the time that it, or another run, took."""
     from comparisons.formatting import duration
 
-    console.print(f"{path}  ({duration(seconds)})", markup=False, highlight=False, soft_wrap=True)
+    time = f"{path}  ({took}{duration(seconds)})"
+    console.print(time, markup=False, highlight=False, soft_wrap=True)

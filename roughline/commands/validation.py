@@ -85,7 +85,7 @@ def claims(
         )
         page = (out or DEFAULT_FOLDER / "claims-stored") / "report.html"
         write_text(page, claims_page(record))
-        terminal.print_claims(record, page)
+        terminal.print_claims(record, page, "the stored run of all claims took ")
         return FINE
     # Pages of studies look into the folder of all claims.
     name = f"claims-{'+'.join(claim.id for claim in chosen_claims)}"[:100] if ids else "claims"

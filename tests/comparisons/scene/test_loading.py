@@ -90,6 +90,7 @@ def test_relative_forces_are_plain_numbers():
     loads = read_range({"values": [0.01, "5 %"], "relative_to": RELATIVE_FORCE}, FORCE)
     assert loads.values == (0.01, 0.05)
     assert loads.relative_to == RELATIVE_FORCE
+    assert values({"value": 0.01, "relative_to": RELATIVE_FORCE}, FORCE) == (0.01,)
     spaced = {"from": 1e-3, "to": 1e-1, "steps": 3, "spacing": "log", "relative_to": RELATIVE_FORCE}
     assert values(spaced, FORCE) == pytest.approx((1e-3, 1e-2, 1e-1), rel=1e-14)
 
@@ -107,9 +108,9 @@ def test_relative_forces_are_plain_numbers():
         ([1, math.nan], "positive finite loads"),
         ([1, "2 N", True], "load 2: expected a unit of m, got one of N, got '2 N'; load 3: expec"),
         ([[1]], "load 1: expected a number in m"),
-        ({}, "expected values, or from, to and steps; from, to, steps missing"),
+        ({}, "expected value, values, or from, to and steps; from, to, steps missing"),
         ({"from": 1}, "to, steps missing"),
-        ({"from": 1, "to": 2, "steps": 1}, "(of one load give its value), got 1"),
+        ({"from": 1, "to": 2, "steps": 1}, "(of one load give `value`), got 1"),
         ({"from": 1, "to": 2, "steps": True}, "steps: expected a whole number"),
         ({"from": 1, "to": 2, "steps": 2.0}, "steps: expected a whole number"),
         ({"from": 1, "to": 2, "steps": 10**6}, "steps: expected a whole number"),
@@ -120,6 +121,7 @@ def test_relative_forces_are_plain_numbers():
         ({"from": 1, "to": 2, "steps": 3, "spacing": "cubic"}, "spacing: expected"),
         ({"from": 1, "to": 2, "steps": 3, "step": 1}, "step: unknown key"),
         ({"values": [1], "steps": 3}, "steps: unknown key"),
+        ({"value": 1, "values": [1]}, "values: unknown key"),
         ({"values": [1], "relative_to": "A0"}, 'relative_to: expected "E* A0 h\'", of a force'),
         ({"values": [1], "relative_to": RELATIVE_FORCE}, "of a force"),  # these are lengths
         ([1.0] * 10_001, "expected at most 10000 loads, got 10001"),

@@ -124,6 +124,8 @@ def test_every_unknown_key_comes_with_what_was_meant(shape):
     assert "half_space.poissons_ratio: unknown key; did you mean poisson_ratio?" in faults
     assert "indenter.diameter: unknown key; did you mean radius, half of it?" in faults
     assert "titel: unknown key; did you mean title?" in faults
+    (fault,) = problems(indenter={"shape": "paraboloid", "radius": 1, "hurst": 0.7})
+    assert fault == "indenter.hurst: unknown key; did you mean [surface] or [surface2]?"
     assert any(fault.endswith("did you mean sphere or paraboloid?") for fault in faults) == (
         shape == "ball"
     )

@@ -128,7 +128,7 @@ def test_of_many_claims_the_culprits_are_named(capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "1000")
     for is_terminal in ("0", "1"):
         monkeypatch.setenv("TTY_COMPATIBLE", is_terminal)
-        terminal.print_claims(record, Path("report.html"))
+        terminal.print_claims(record, Path("report.html"), "the stored run took ")
         told = capsys.readouterr().out
         assert "fails, expected holds" in told
         for text in (text for claim in rest for text in claim.disagreements):
@@ -137,6 +137,7 @@ def test_of_many_claims_the_culprits_are_named(capsys, monkeypatch):
         rows = {claim.id for claim in rest}.intersection(told.split())
         assert len(rows) == (0 if is_terminal == "1" else len(rest))
     assert f"{len(record.claims)} claims: " in told
+    assert "report.html  (the stored run took " in told
 
 
 def test_a_solution_is_printed_in_prefixed_units(capsys):
