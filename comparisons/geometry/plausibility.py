@@ -86,15 +86,15 @@ def scene_notes(scene: Scene, geometry: Geometry) -> list[str]:
         )
         if LARGE * radius < depth <= STEEPEST * radius:
             slopes.append(
-                f"{STRAINED}{stated}; every method here takes slopes and strains as small, which "
-                f"is an approximation from d/a = {number(LARGE, 1)} on and says nothing from "
+                f"{STRAINED}{stated}; every method here takes slopes and strains as small: an "
+                f"approximation from d/a = {number(LARGE, 1)} on, which says nothing from "
                 f"{number(STEEPEST, 1)} on"
             )
         if depth > STEEPEST * radius > 0:  # NaN is no contact
             slopes.append(
-                f"{CHECK}slopes: {stated}; every method here takes slopes and strains as small, "
-                f"an approximation from d/a = {number(LARGE, 1)} on, and their agreement says "
-                f"nothing from {number(STEEPEST, 1)} on"
+                f"{CHECK}slopes: {stated}; every method here holds for small slopes and strains, "
+                f"an approximation from d/a = {number(LARGE, 1)} on; from {number(STEEPEST, 1)} on "
+                "their agreement says nothing"
             )
             if depth > DEEPEST * radius:
                 doubts.append("the contact is deeper than wide")

@@ -10,7 +10,7 @@ from typing import Any
 from comparisons.errors import InputError
 from comparisons.geometry.plausibility import CHECK, STRAINED
 from comparisons.geometry.prepare import RoughGeometry
-from comparisons.questions.claims.nearest import Nearest, in_words, nearest
+from comparisons.questions.claims.nearest import Nearest, claims_on, in_words, nearest, plainly
 from comparisons.questions.study import solved_in_memory
 from comparisons.results.advice import advise
 from comparisons.results.record import asked_in_vain
@@ -40,8 +40,12 @@ def print_known(plans: list[Plan], as_json: bool, again: str) -> int:
         print(json.dumps(documents, indent=1))
         return FINE
     for plan in plans:
-        text = in_words(answers[plan.scene.name], plan.scene.compare.tolerance) or NOTHING
-        terminal.print_text(f"{plan.scene.name}: {text}")
+        name, tolerance = plan.scene.name, plan.scene.compare.tolerance
+        if known := answers[name]:
+            terminal.print_text(f"{name}: {plainly(known, tolerance)}")
+            terminal.print_text(f"{name}: {in_words(known, tolerance)}")
+        else:
+            terminal.print_text(f"{name}: {'; '.join(filter(None, [NOTHING, claims_on(name)]))}")
         for note in _warnings(plan.notes):
             terminal.print_text(f"{plan.scene.name}: {note}")
     say(f"To be sure: {again}")

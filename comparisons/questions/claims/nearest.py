@@ -8,7 +8,7 @@ stretch where its loads spread. The record of the full runs comes with the packa
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -17,8 +17,9 @@ import numpy as np
 
 from comparisons import formatting as fmt
 from comparisons.errors import InputError
+from comparisons.facts.methods import MODEL
 from comparisons.facts.quantities import quantity
-from comparisons.judging.verdicts import NOT_RESOLVED, WITHIN, WORST_FIRST, judged
+from comparisons.judging.verdicts import NOT_RESOLVED, OUTSIDE, WITHIN, WORST_FIRST, judged
 from comparisons.questions.claims.record import STORED, load_claims_record
 from comparisons.results.record import SceneRecord
 from comparisons.scene.indenters.punches import EllipticPunch, RightAngledPunch
@@ -35,7 +36,7 @@ Stretch = tuple[float, float]
 class Measured:
     """What a full run measured of a claim: e and u at each value of its parameter.
 
-    `hurst` is the Hurst exponent of its surfaces.
+    `fixed` is what stood still meanwhile and a scene may have otherwise: its value, by its symbol.
     """
 
     claim: str
@@ -43,7 +44,7 @@ class Measured:
     spacing: str
     tolerance: float
     points: tuple[tuple[float, float, float], ...]
-    hurst: float | None = None
+    fixed: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def ends(self) -> Stretch:
@@ -71,8 +72,8 @@ class Nearest:
     error, uncertainty : float
     word : str
         "within", "outside" or "not resolved" at the tolerance of the scene.
-    hurst : float or None
-        The Hurst exponent of the scene's surface; None where it states none.
+    own : dict
+        The scene's values of what stood still while the claim was measured, as far as it has any.
     """
 
     quantity: str
@@ -82,7 +83,13 @@ class Nearest:
     error: float
     uncertainty: float
     word: str
-    hurst: float | None = None
+    own: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the scene has the values of what stood still while the claim was measured."""
+        fixed = self.measured.fixed.items()
+        return all(np.isclose(self.own.get(name, np.nan), made, rtol=SAME) for name, made in fixed)
 
     @property
     def worst(self) -> float:
@@ -104,9 +111,9 @@ class Nearest:
         here = low if low == high else f"{low} to {high}"
         beside = f", here {here}" if here != there else ""
         far = ", beyond all that was measured" if self.beyond else ""
-        if (made := self.measured.hurst) is not None:
-            own = "not stated" if self.hurst is None else f"{self.hurst:g}"
-            far += f", H = {made:g}" + (f", here {own}" if own != f"{made:g}" else "")
+        for name, made in self.measured.fixed.items():
+            own = f"{self.own[name]:g}" if name in self.own else "not stated"
+            far += f", {name} = {made:g}" + (f", here {own}" if own != f"{made:g}" else "")
         return f"{self.measured.parameter} = {there}{beside}{far} (claim {self.measured.claim})"
 
     @property
@@ -122,22 +129,23 @@ class Nearest:
             "uncertainty": self.uncertainty,
             "word": self.word,
             "beyond": self.beyond,
-            "hurst_measured": self.measured.hurst,
-            "hurst_here": self.hurst,
+            "hurst_measured": self.measured.fixed.get("H"),
+            "hurst_here": self.own.get("H"),
         }
 
 
 def nearest(scene: Scene, loads: AbsoluteLoads, unit: float = np.nan) -> list[Nearest]:
     """Return, for each compared quantity that a claim has measured on such scenes, what it found.
 
-    Where several claims have measured a quantity, the one that says worst decides. None was
-    measured on layers or by another rule than that of the transform. `unit` is E* A0 h', in N, of
-    a rough scene; without it nothing is known of one.
+    Where several claims have measured a quantity, one that was measured with the scene's own
+    parameters decides, and of such the one that says worst. None was measured on layers or by
+    another rule than that of the transform. `unit` is E* A0 h', in N, of a rough scene; without it
+    nothing is known of one.
     """
     if not scene.half_space.uniform or scene.methods.reduced.rule != "mdr":
         return []
     answers: dict[str, Nearest] = {}
-    here = places(scene, loads, unit)
+    here, own = places(scene, loads, unit), own_values(scene, loads, unit)
     for claim in [claim for claim in QUANTITIES if claim in here and claim in measured()]:
         for name in [name for name in QUANTITIES[claim] if name in scene.compare.quantities]:
             record, stretch, tolerance = measured()[claim], here[claim], scene.compare.tolerance
@@ -151,7 +159,7 @@ def nearest(scene: Scene, loads: AbsoluteLoads, unit: float = np.nan) -> list[Ne
             nearest_one, _ = min(placed, key=lambda pair: abs(pair[1] - middle))
             there, error, bar = max(covered or [nearest_one], key=lambda p: abs(p[1]) + p[2])
             word = judged(error, bar, tolerance).word
-            answer = Nearest(name, record, stretch, there, error, bar, word)
+            answer = Nearest(name, record, stretch, there, error, bar, word, own)
             # Within is only what the next points on either side are, too: between an exact end, as
             # a ratio of one, and a point that is not, nothing is exact. Beyond all that was
             # measured nothing is known.
@@ -164,8 +172,9 @@ def nearest(scene: Scene, loads: AbsoluteLoads, unit: float = np.nan) -> list[Ne
             )
             if word == WITHIN and (answer.beyond or any(near != WITHIN for near in beside)):
                 answer = replace(answer, word=NOT_RESOLVED)
-            if name not in answers or answer.worst > answers[name].worst:
-                answers[name] = replace(answer, hurst=getattr(scene.surface, "hurst", None))
+            known = answers.get(name)
+            if not known or (answer.agrees, answer.worst) > (known.agrees, known.worst):
+                answers[name] = answer
     return [answers[name] for name in scene.compare.quantities if name in answers]
 
 
@@ -182,6 +191,34 @@ def nearest_to(record: SceneRecord) -> list[Nearest]:
         return nearest(scene, loads_of(scene, unit), area * per_area)
     except (InputError, KeyError, TypeError, ValueError):
         return []  # damaged results, or of another version
+
+
+def plainly(answers: list[Nearest], tolerance: float) -> str:
+    """Return for each quantity whether the reduced model is within a tolerance, in few words."""
+    asked, parts = fmt.tolerance(tolerance), []
+    for answer in answers:
+        measured_at = answer.measured.tolerance
+        error = fmt.plus_minus(answer.error, answer.uncertainty)
+        wider = tolerance < measured_at and answer.worst <= measured_at and not answer.beyond
+        also = f", within {fmt.tolerance(measured_at)}" if wider else ""
+        said = {
+            WITHIN: f"yes, within {asked}",
+            OUTSIDE: f"no ({error}){also}",
+            NOT_RESOLVED: f"not known to {asked}{also}",
+        }[answer.word]
+        said += ", beyond all that was measured" if answer.beyond else ""
+        parts.append(f"{quantity(answer.quantity).label}: {said}")
+    return f"Reduced model, {'; '.join(parts)}." if parts else ""
+
+
+def claims_on(name: str) -> str:
+    """Return the verdicts on the reduced model of claims on a built-in scene; "" without any."""
+    found = [
+        f"{claim.id} ({claim.verdict})"
+        for claim in load_claims_record(STORED).claims
+        if claim.method == MODEL and f"on the scene {name}," in f"{claim.what},"
+    ]
+    return f"claims on the built-in scene {name}: {', '.join(found)}" if found else ""
 
 
 def in_words(answers: list[Nearest], tolerance: float) -> str:
@@ -217,15 +254,30 @@ def measured() -> Mapping[str, Measured]:
                 and point.error is not None
                 and point.uncertainty is not None
             ),
-            HURST if claim.id.startswith("rough-") else None,
+            FIXED.get(claim.id, {}),
         )
         for claim in load_claims_record(STORED).claims
         if claim.id in QUANTITIES
     }
 
 
-# Of the surfaces of the claims on roughness (`hurst` of rough_area.toml).
-HURST = 0.8
+# Of the surfaces of claims on roughness along the load (`hurst` of rough_area.toml); the load of
+# claims along H.
+HURST, LOAD = 0.8, 0.01
+# What stood still while a claim was measured, by its symbol.
+FIXED: dict[str, dict[str, float]] = {
+    "rough-area": {"H": HURST},
+    "rough-area-hurst": {"F/(E* A0 h')": LOAD},
+    "rough-area-periodic": {"H": HURST},
+    "rough-penetration": {"H": HURST},
+    "rough-mean-gap": {"H": HURST},
+    "rough-stiffness": {"H": HURST},
+    "rough-stiffness-hurst": {"F/(E* A0 h')": LOAD},
+    "rolling-curve-springs": {"nu": 0.28, "R_x/R_y": 1.0},
+    "rolling-curve-matched": {"nu": 0.28, "R_x/R_y": 1.0},
+}
+# Creep in % at which the springs slip all over on the scene of the claims on the creep curve.
+FULL_SLIP = 1.066
 # The quantities whose error a claim measures. Force and stiffness of a flat face err alike.
 QUANTITIES: dict[str, tuple[str, ...]] = {
     "ellipsoid-force": ("force",),
@@ -238,7 +290,11 @@ QUANTITIES: dict[str, tuple[str, ...]] = {
     "rough-area-periodic": ("contact_area",),
     "rough-penetration": ("penetration",),
     "rough-mean-gap": ("mean_gap",),
+    "rough-area-hurst": ("contact_area",),
     "rough-stiffness": ("stiffness",),
+    "rough-stiffness-hurst": ("stiffness",),
+    "rolling-curve-springs": ("traction", "tangential_force"),
+    "rolling-curve-matched": ("traction", "tangential_force"),
     "partial-slip-rigid": ("tangential_displacement",),
     "adhesion-range": ("pull_off_force",),
 }
@@ -275,6 +331,11 @@ def places(scene: Scene, loads: AbsoluteLoads, unit: float) -> dict[str, Stretch
         free = ("rough-area", "rough-penetration", "rough-mean-gap", "rough-stiffness")
         stretch = float(np.min(loads.values) / unit), float(np.max(loads.values) / unit)
         found |= dict.fromkeys(("rough-area-periodic",) if surface.periodic else free, stretch)
+        hurst = getattr(surface, "hurst", None)
+        at_load = np.allclose(stretch, LOAD, rtol=SAME)
+        if at_load and hurst not in (None, HURST) and not surface.periodic:
+            along_hurst = ("rough-area-hurst", "rough-stiffness-hurst")
+            found |= dict.fromkeys(along_hurst, (hurst, hurst))
     coupled = friction is not None and friction.coupling == "full"
     alone = set(scene.physics) == {"friction"} and not scene.rough
     if coupled and alone and body is not None and body.axisymmetric:
@@ -286,7 +347,45 @@ def places(scene: Scene, loads: AbsoluteLoads, unit: float) -> dict[str, Stretch
         radius = body.parameters["radius"]
         place = float(maugis_parameter(radius, scene.effective_modulus, adhesion.work, tension))
         found["adhesion-range"] = place, place
+    rolling = scene.rolling
+    if rolling is not None and friction is not None and not coupled:
+        plain = set(scene.physics) == {"rolling", "friction"} and not rolling.spin
+        curved, normal = curvature_radii(scene), loads.normal
+        if plain and curved and normal is not None and not any(rolling.lateral_creep.values):
+            # F_x/(mu F) of a ball is a function of the creep over that of full slip on springs,
+            # 2 mu (E*/G*) a/R; of an ellipsoid the ball with the mean of its radii stands near.
+            radius, modulus = float(np.sqrt(curved[0] * curved[1])), scene.effective_modulus
+            load = float(normal.values[-1])
+            cubed = 0.75 * load * radius / modulus
+            a = cubed ** (1 / 3) if normal.control == "force" else np.sqrt(radius * load)
+            stiffer = modulus / scene.tangential_modulus
+            full_slip = 2 * friction.coefficient * stiffer * a / radius
+            creeps = np.abs(rolling.creep.values) * FULL_SLIP / full_slip
+            kind = "matched" if scene.methods.reduced.rolling == "matched" else "springs"
+            found[f"rolling-curve-{kind}"] = float(creeps.min()), float(creeps.max())
     return found
+
+
+def own_values(scene: Scene, loads: AbsoluteLoads, unit: float) -> dict[str, float]:
+    """Return what a scene has of the values that stand still in `FIXED`, by their symbols."""
+    own = {"nu": scene.poisson_ratio}
+    if (hurst := getattr(scene.surface, "hurst", None)) is not None:
+        own["H"] = hurst
+    if scene.rough and loads.control == "force" and np.ptp(loads.values) == 0:
+        own["F/(E* A0 h')"] = float(loads.values[0] / unit)
+    if radii := curvature_radii(scene):
+        own["R_x/R_y"] = radii[0] / radii[1]
+    return own
+
+
+def curvature_radii(scene: Scene) -> tuple[float, float] | None:
+    """Return the radii of curvature along x and y at the tip of a ball or an ellipsoid."""
+    body = scene.indenter
+    if body is None or body.shape not in ("paraboloid", "sphere", "ellipsoid"):
+        return None
+    sides = body.parameters
+    both = ("radius", "radius") if "radius" in sides else ("radius_x", "radius_y")
+    return sides[both[0]], sides[both[1]]
 
 
 def _ratio(sides: tuple[float, float]) -> Stretch:

@@ -15,6 +15,7 @@ from comparisons.questions.claims.nearest import (
     measured,
     nearest,
     places,
+    plainly,
 )
 from comparisons.questions.claims.record import STORED, load_claims_record
 from comparisons.scene.scene import load_scene
@@ -76,6 +77,27 @@ def test_the_hurst_exponent_is_that_of_the_claims():
     assert load_scene("rough-free").surface.hurst == HURST
 
 
+def test_a_claim_along_the_scenes_own_parameter_decides():
+    """H = 0.7 at F = 0.01 E* A0 h' was measured; at other loads, and at H = 0.8, loads were."""
+    for load, hurst, claim in ((0.01, 0.7, "-hurst"), (0.01, 0.8, ""), (0.0316, 0.7, "")):
+        loading = {"force": {"value": load, "relative_to": "E* A0 h'"}}
+        area = known("rough-free", loading=loading, **{"surface.hurst": hurst})["contact_area"]
+        assert area.measured.claim == f"rough-area{claim}"
+    said = plainly(list(known("rough-free", loading=loading).values()), 0.01)
+    assert "penetration depth: not known to 1\N{NARROW NO-BREAK SPACE}%, within 10" in said
+    assert "contact area: no (+250" in said
+
+
+def test_the_creep_of_a_ball_stands_over_that_of_full_slip():
+    """Under 8 times the load the contact is twice as wide, and slips at twice the creep."""
+    one = known("rolling-ball")["traction"]
+    heavy = known("rolling-ball", loading={"force": 800.0})["traction"]
+    np.testing.assert_allclose(one.here, (0.002, 0.2), rtol=1e-4)
+    np.testing.assert_allclose(heavy.here, (0.001, 0.1), rtol=1e-4)
+    assert (one.measured.claim, one.agrees, one.word) == ("rolling-curve-springs", True, OUTSIDE)
+    assert "traction" not in known("rolling-ball", **{"rolling.lateral_creep": 0.001})
+
+
 def test_beyond_all_that_was_measured_nothing_is_within():
     shallow = known("sphere", loading={"penetration": [1e-10, 2e-10]})["force"]
     assert shallow.beyond
@@ -133,11 +155,16 @@ def test_the_parameter_of_maugis_is_that_of_the_closed_form():
         np.testing.assert_allclose(place, number, rtol=1e-9)
 
 
+def flat(text):
+    return " ".join(text.split())
+
+
 def test_advise_says_it_first_and_can_end_there(capsys, monkeypatch):
     words = ["advise", "ellipsoid-5", "--tolerance", "2%", "--known"]
     monkeypatch.setattr(sys, "argv", ["roughline", *words])
     assert run_command(words) == 0
     said = capsys.readouterr().out
+    assert said.startswith("ellipsoid-5: Reduced model, force: ")
     assert "Nearest measured, reduced model: error of force" in said
     assert "claim ellipsoid-force" in said
     assert said.endswith("To be sure: roughline advise ellipsoid-5 --tolerance 2%\n")
@@ -151,4 +178,6 @@ def test_advise_says_it_first_and_can_end_there(capsys, monkeypatch):
     assert "small slopes and strains" in " ".join(document["notes"])
     assert run_command(["advise", "triangle-punch", "--known"]) == 0
     assert "no claim has measured such a scene" in capsys.readouterr().out
-    assert in_words([], 0.01) == ""
+    assert run_command(["advise", "soft-ball-film", "--known"]) == 0
+    assert "built-in scene soft-ball-film: film-central (" in flat(capsys.readouterr().out)
+    assert in_words([], 0.01) == plainly([], 0.01) == ""
