@@ -164,7 +164,8 @@ def environment() -> Environment:
         "term": _term,
         "strip": _strip,
         "finite": fmt.finite,
-        "raw": _raw,
+        # the value by which a cell is sorted and exported
+        "raw": lambda value: value if isinstance(value, str) else f"{value:.8g}",
         "data_uri": lambda png: "data:image/png;base64," + base64.b64encode(png).decode(),
     }
     return templates
@@ -177,11 +178,6 @@ def _symbols(text: str) -> Markup:
     Markup('roll-off L/λ<sub>l</sub> &lt; 2')
     """
     return Markup(_SUBSCRIPT.sub(r"\1<sub>\2</sub>", str(escape(fmt.greek(text)))))  # noqa: S704
-
-
-def _raw(value: float | str) -> str:
-    """Return the value by which a cell is sorted and exported, to eight digits."""
-    return value if isinstance(value, str) else f"{value:.8g}"
 
 
 def _term(key: str, text: str | None = None) -> Markup:

@@ -156,6 +156,11 @@ def scene_view(scene: SceneRecord, anchor: str) -> SimpleNamespace:
     reduced = None if failing else reduced_picture(scene)
     advice = advise(scene)
     drawn = {name: draw(scene) for name, _, draw in EVIDENCE}
+    method = scene.reference.method
+    truth = look(method, scene).label if method else "none"
+    if method and method != CLOSED_FORM:
+        accuracy = truth_known_to(scene, advice.quantities)
+        truth += f" ± {fmt.relative(accuracy)}" if fmt.finite(accuracy) else " ± ?"
     return SimpleNamespace(
         record=scene,
         anchor=anchor,
@@ -169,7 +174,7 @@ def scene_view(scene: SceneRecord, anchor: str) -> SimpleNamespace:
         at_other_load=scene.verdicts_at_other_load,
         advice=advice,
         fastest=tuple(advice.reaching()[:MOST_NAMED]),
-        truth=_truth(scene, advice),
+        truth=truth,
         card=card(scene),
         unknown=not_known_here(scene),
         plan=plan_rows(scene),
@@ -188,17 +193,6 @@ def scene_view(scene: SceneRecord, anchor: str) -> SimpleNamespace:
         seconds=scene.spent,
         picture=pictures.Picture(),
     )
-
-
-def _truth(scene: SceneRecord, advice: Advice) -> str:
-    method = scene.reference.method
-    if not method:
-        return "none"
-    label = look(method, scene).label
-    if method == CLOSED_FORM:
-        return label
-    accuracy = truth_known_to(scene, advice.quantities)
-    return f"{label} ± {fmt.relative(accuracy)}" if fmt.finite(accuracy) else f"{label} ± ?"
 
 
 def compared_methods(scenes: tuple[SceneRecord, ...]) -> list[str]:

@@ -15,7 +15,7 @@ from comparisons.methods.normal.closed_form import form_of, form_pressure
 from comparisons.results.advice import advise
 from comparisons.results.record import MEAN, SceneRecord
 from comparisons.results.rows import Rows
-from comparisons.scene.scene import Scene, SceneError, make_scene
+from comparisons.scene.scene import SceneError, make_scene
 from comparisons.tasks.shown_loads import at_step, stored_steps
 from comparisons.tasks.stresses import FROM_PRESSURE, pressure_quantities
 from reports.plots.stored import stored_fields
@@ -86,26 +86,18 @@ def stresses(
     # means over blocks, and their rows have the peak of all cells.
     if not body.indenter and np.isfinite(here["pressure_peak"]).any():
         return {"pressure_peak": float(here["pressure_peak"][0])}
-    fields = _fields(scene, body, method, step, float(curve["step"].max()))
+    fields: dict[str, np.ndarray] = {}
+    if method == CLOSED_FORM and body.indenter and body.half_space.uniform and not body.physics:
+        form = form_of(body.indenter, body.effective_modulus)
+        if form is not None and not form.pressure_is_singular:
+            fields = form_pressure(form, float(here["penetration"][0]))
+    if not fields:
+        fields = next((item.fields for item in stored_fields(scene, [method])), {})
+        if step < curve["step"].max():
+            fields = at_step(fields, step) if step in stored_steps(fields) else {}
     names = FROM_PRESSURE & asked if body.indenter else {"pressure_peak"}
     read = pressure_quantities(body, names, fields) if "pressure" in fields else {}
     return {name: known.value for name, known in read.items()}
-
-
-def _fields(
-    scene: SceneRecord, body: Scene, method: str, step: int, last: float
-) -> dict[str, np.ndarray]:
-    """Return the pressure of a method at a load step, with its points."""
-    if method == CLOSED_FORM and body.indenter and body.half_space.uniform and not body.physics:
-        curve = scene.curve(method)
-        depth = curve["penetration"][curve["step"] == step]
-        form = form_of(body.indenter, body.effective_modulus)
-        if form is not None and not form.pressure_is_singular:
-            return form_pressure(form, float(depth[0]))
-    stored = next((item.fields for item in stored_fields(scene, [method])), {})
-    if step == last:
-        return stored
-    return at_step(stored, step) if step in stored_steps(stored) else {}
 
 
 def settings(scene: SceneRecord) -> Table:
