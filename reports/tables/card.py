@@ -195,13 +195,14 @@ def _loads(scene: SceneRecord, nominal: float | None = None) -> list[tuple[str, 
 def true_value(scene: SceneRecord, name: str, step: int | None = None) -> str:
     """Return what the reference found at a load step, or at all, and how well that is known.
 
-    "" where it has not computed the quantity. The prescribed quantity has no bar.
+    "" where it has not computed the quantity. What is exact or prescribed has no bar.
     """
     rows = _reference_curve(scene)
     values = rows[name] if step is None else rows[name][rows["step"] == step]
     if not np.isfinite(values).any():
         return ""
-    bar = np.nan if name == scene.control else truth_known_to(scene, (name,))
+    given = scene.reference.exact or name == scene.control
+    bar = np.nan if given else truth_known_to(scene, (name,))
     known = f" ± {fmt.relative(bar)}" if np.isfinite(bar) and bar > 0 else ""
     return _range(values, quantity(name).unit) + known
 

@@ -38,7 +38,7 @@ def verdict_table(scenes: Iterable[SceneRecord], method: str, *, reasons: bool =
                 because = f", {judgement.band}" if judgement.band else ""
             judged = cells.verdict(judgement.word, text=text + because if reasons else text)
             sides = (scene.name, best) if first else ("", "")
-            true = true_value(scene, judgement.quantity, judgement.step)
+            true = judgement.when and true_value(scene, judgement.quantity, judgement.step)
             rows.append(
                 (sides[0], label, _error(judgement), judgement.when, true, judged, sides[1])
             )
