@@ -23,7 +23,7 @@ from comparisons.scene.indenters.indenter import Indenter
 MOST = 8  # rows: a reader has ten seconds
 NAMED = 3  # families of a row that are named; more are counted
 YES, IN_PART, NO, NOT_KNOWN = "yes", "in part", "no", "not known"
-NOTHING = "nothing that was run"
+NOTHING = "none that was run is within"
 
 # What of a flat face is its size.
 AREAS = ("contact_area", "contact_area_raw", "contact_radius", "equivalent_radius")

@@ -31,6 +31,17 @@ LOOKS = {
 BOUNDARY = Look("boundary", INK, CIRCLE, size=4)
 SCENE = Look("scene of this study", INK, Marker("diamond-tall", "d"), size=13)
 FEWEST = 4  # points that carry a shaded interval
+# What a row of the map names the parameter of its claim by; others by their words.
+SYMBOLS = {
+    "exponent n": "n",
+    "depth over radius d/R": "d/R",
+    "ratio of the radii of curvature R'/R''": "R'/R''",
+    "Poisson's ratio nu": "nu",
+    "creep in %": "creep/%",
+    "load F/(E* A0 h')": "F/(E* A0 h')",
+    "Hurst exponent H": "H",
+    "Maugis' parameter lambda": "lambda",
+}
 VALIDITY = (
     "Each row is a claim on the reduced model along its own parameter, from the least value that "
     "was measured, left, to the largest, judged at the tolerance of the claim. Diamonds: where the "
@@ -162,7 +173,8 @@ def validity_map(scenes: Sequence[SceneRecord]) -> Figure | None:
         for row, measured in enumerate(claims):
             for place, error, bar in measured.points:
                 own = judged(error, bar, measured.tolerance).word == word
-                text = f"{measured.parameter} = {place:.3g}\n{fmt.plus_minus(error, bar)}"
+                text = f"claim {measured.claim}: {measured.parameter} = {place:.3g}"
+                text += f"\n{fmt.plus_minus(error, bar)}"
                 points.append((_place(measured, place) if own else np.nan, float(row), text))
             points.append((np.nan, float(row), ""))
         x, y, hover = zip(*points, strict=True)
@@ -180,15 +192,29 @@ def validity_map(scenes: Sequence[SceneRecord]) -> Figure | None:
     series.append(
         Series(SCENE, np.array(x), np.array(y), line=False, hollow=True, hover=tuple(hover))
     )
-    ticks = tuple((float(row), key) for row, key in enumerate(rows))
-    ends = ((0.0, "least measured"), (1.0, "largest"))
+    ticks = tuple((float(row), _row(items[0][1])) for row, items in enumerate(rows.values()))
+    ends = ((0.0, "least"), (1.0, "largest"))
     return Figure(
         "validity",
         "Validity map: where these scenes stand",
         VALIDITY,
-        Axis("parameter of the claim", limits=(-0.05, 1.05), ticks=ends),
+        Axis(
+            "parameter of the row, from its least to its largest measured value",
+            limits=(-0.05, 1.05),
+            ticks=ends,
+        ),
         Axis("", limits=(len(rows) - 0.5, -0.5), ticks=ticks),
         tuple(series),
+    )
+
+
+def _row(answer: Nearest) -> str:
+    """Return quantity, parameter and the ends of a row: "force: d/R = 0.0001 … 1"."""
+    parameter = answer.measured.parameter
+    least, largest = (fmt.without_padding(fmt.number(end)) for end in answer.measured.ends)
+    symbol = fmt.greek(SYMBOLS.get(parameter, parameter))
+    return (
+        f"{quantity(answer.quantity).label}: {symbol} = {least} \N{HORIZONTAL ELLIPSIS} {largest}"
     )
 
 

@@ -117,8 +117,8 @@ const findingOf = (method) => {
       ? `no need: the 3-D solver is cheaper (${timesOf(pairs.map((one) => one.solver))} against ${own})` : own + (ratios.length ? `, 3-D takes ≈ ${ends(ratios.map(oneDigit))} ×` : "");
     const chosen = group.map((one) => one.exact ?? one.other).filter(Boolean);
     const titles = new Set(chosen.map((one) => one.truth && !one.ranked ? judging.exact : one.title));
-    const instead = !chosen.length ? "nothing that was run" : `${[...titles].join(" or ")} ${timesOf(chosen)}`
-      + (chosen.length < group.length ? `; nothing that was run in ${group.length - chosen.length}` : "");
+    const instead = !chosen.length ? "none that was run is within" : `${[...titles].join(" or ")} ${timesOf(chosen)}`
+      + (chosen.length < group.length ? `; none that was run is within in ${group.length - chosen.length}` : "");
     return [scenes, uses.size === 1 ? [...uses][0] : "in part", error, cost, instead];
   });
 };
