@@ -175,6 +175,11 @@ def read_range(value: Any, dimension: Dimension, order: Order = "loads") -> Any:
     problems += [f"{key}: unknown key{near(key, keys)}" for key in table if key not in keys]
     if listed in table:
         values = table[listed]
+        if listed == "value" and isinstance(values, (list, tuple)):
+            problems.append(
+                f"value: expected one load (of a list give `values`), got {excerpt(values)}"
+            )
+            values = []
         values = values if isinstance(values, (list, tuple)) else [values]
         if len(values) > MOST_STEPS:
             problems.append(f"expected at most {MOST_STEPS} loads, got {len(values)}")

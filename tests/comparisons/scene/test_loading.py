@@ -122,6 +122,7 @@ def test_relative_forces_are_plain_numbers():
         ({"from": 1, "to": 2, "steps": 3, "step": 1}, "step: unknown key"),
         ({"values": [1], "steps": 3}, "steps: unknown key"),
         ({"value": 1, "values": [1]}, "values: unknown key"),
+        ({"value": [1, 2]}, "value: expected one load (of a list give `values`), got [1, 2]"),
         ({"values": [1], "relative_to": "A0"}, 'relative_to: expected "E* A0 h\'", of a force'),
         ({"values": [1], "relative_to": RELATIVE_FORCE}, "of a force"),  # these are lengths
         ([1.0] * 10_001, "expected at most 10000 loads, got 10001"),
