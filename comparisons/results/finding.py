@@ -161,7 +161,7 @@ def finding(records: Sequence[SceneRecord], method: str = MODEL) -> list[FamilyR
             )
             left = len(group) - len(chosen)
             instead = f"{' or '.join(titles)} {_range(chosen)}"
-            instead += f"; {NOTHING} in {left}" if left else ""
+            instead += f"; none in {left}" if left else ""
         use = uses[0] if len(uses) == 1 else IN_PART
         rows.append(FamilyRow(_named(group, families), use, largest, _cost(group), instead))
     return rows

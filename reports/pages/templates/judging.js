@@ -118,7 +118,7 @@ const findingOf = (method) => {
     const chosen = group.map((one) => one.exact ?? one.other).filter(Boolean);
     const titles = new Set(chosen.map((one) => one.truth && !one.ranked ? judging.exact : one.title));
     const instead = !chosen.length ? "none that was run is within" : `${[...titles].join(" or ")} ${timesOf(chosen)}`
-      + (chosen.length < group.length ? `; none that was run is within in ${group.length - chosen.length}` : "");
+      + (chosen.length < group.length ? `; none in ${group.length - chosen.length}` : "");
     return [scenes, uses.size === 1 ? [...uses][0] : "in part", error, cost, instead];
   });
 };
