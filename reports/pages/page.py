@@ -76,7 +76,7 @@ def render(
             style=Markup((TEMPLATES / "report.css").read_text(encoding="utf-8")),  # noqa: S704
             static=static,
             script=Markup(script),  # noqa: S704  our own files
-            library=packed_library(),
+            library="" if static else packed_library(),
             figure_data={
                 key: embedded_json(spec(graph) if isinstance(graph, Figure) else graph)
                 for key, graph in drawn.items()

@@ -1,7 +1,5 @@
 // plotly.js, most of a page, travels compressed. Unpacked it is a script like the others, which the
 // page's policy knows by its hash.
-const canUnpack = "DecompressionStream" in window;
-
 const unpackLibrary = async () => {
   const packed = atob(document.getElementById("library").textContent);
   const bytes = new Uint8Array(packed.length);
@@ -10,11 +8,12 @@ const unpackLibrary = async () => {
   const script = element("script");
   script.textContent = await new Response(program).text();
   document.head.append(script);
+  if (!window.Plotly) throw new Error("plotly.js did not run");
 };
 
-// One image after another is loaded until something is done: the page is not complete before. What
-// prints it from a command line, as soon as it is complete, finds its plots.
-const holdLoad = (done) => {
+// One image after another is loaded until the function returned is called: the page is not complete
+// before. What prints it from a command line, as soon as it is complete, finds its plots.
+const holdLoad = () => {
   const image = new Image();
   let waiting = true, count = 0;
   const next = () => {
@@ -23,5 +22,5 @@ const holdLoad = (done) => {
   };
   image.addEventListener("load", next);
   next();
-  done.finally(() => { waiting = false; });
+  return () => { waiting = false; };
 };

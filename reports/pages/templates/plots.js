@@ -116,7 +116,7 @@ const watchPlots = () => {
   for (const canvas of canvases) {
     const place = canvas.getBoundingClientRect();
     // Inside of what is folded a canvas has a place, too, and nobody sees it.
-    if (canvas.checkVisibility() && place.height && place.top < window.innerHeight + 600 && place.bottom > -600) enqueue(canvas);
+    if ((canvas.checkVisibility?.() ?? true) && place.height && place.top < window.innerHeight + 600 && place.bottom > -600) enqueue(canvas);
     else watcher.observe(canvas);
   }
 };
@@ -126,6 +126,15 @@ const redraw = () => {
   drawn.forEach((canvas) => draw(canvas));
 };
 dark.addEventListener("change", redraw);
+
+// A step of the slider keeps the room for names and numbers, which changes with a plot's width.
+let resized = null;
+window.addEventListener("resize", () => {
+  clearTimeout(resized);
+  resized = setTimeout(() => drawn.forEach((canvas) => {
+    if (canvas.layout.margin?.autoexpand === false) draw(canvas);
+  }), 200);
+});
 
 // Paper is always light and has a width of its own.
 window.addEventListener("beforeprint", () => {
