@@ -38,18 +38,8 @@ from reference.rolling.creep_theories import (
     linear,
     on_grid,
 )
-from reference.rolling.roll import (
-    Creep,
-    PlaneElements,
-    PlaneSurface,
-    TangentialSurface,
-    Upstream,
-    hertz,
-    moving_compliance,
-    rigid_slip,
-    roll,
-    steady,
-)
+from reference.rolling.plane import PlaneElements, PlaneSurface, hertz, moving_compliance
+from reference.rolling.roll import Creep, TangentialSurface, Upstream, rigid_slip, roll, steady
 from reference.viscoelastic.materials import GeneralisedMaxwell
 from reference.viscoelastic.rubber import slide_on_rubber
 from reference.viscoelastic.travelling import TravellingPlane

@@ -169,7 +169,7 @@ def slide_lines(
     load.single()
     normal = press(lines, effective_modulus, load, edges=edges)
 
-    def follow(row: int) -> list[np.ndarray]:
+    def of_line(row: int) -> list[np.ndarray]:
         line = lines[row]
 
         def at(kind: str, levels: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -180,7 +180,7 @@ def slide_lines(
         depth, force = normal.penetration[row, 0], normal.force[row, 0] / effective_modulus
         return _hysteresis(depth, force, at, path, effective_modulus, friction)
 
-    answers = zip(*map(follow, range(len(lines))), strict=True)
+    answers = zip(*map(of_line, range(len(lines))), strict=True)
     return TangentialPath(normal.penetration[:, 0], normal.force[:, 0], *map(np.array, answers))
 
 

@@ -335,7 +335,7 @@ def tabulated(r: np.ndarray, f: np.ndarray, interpolation: str = "pchip") -> Pro
 def _profile(curve: PPoly, r: np.ndarray) -> Profile:
     """Return the profile of f, with m = (r f')' and the jumps of f' and m at the nodes."""
     slope, second, third = curve.derivative(), curve.derivative(2), curve.derivative(3)
-    end, nodes, length = float(r[-1]), r[1:-1], float(r[-1])
+    length, nodes = float(r[-1]), r[1:-1]
     # jumps of f' and of m = f' + r f'' at the inner nodes
     slope_jump = moment_jump = nodes
     if nodes.size:
@@ -347,17 +347,17 @@ def _profile(curve: PPoly, r: np.ndarray) -> Profile:
         moment_jump = slope_jump + nodes * (second(nodes) - bend)
 
     def height(x: np.ndarray) -> np.ndarray:
-        inside = np.minimum(x, end)
-        return np.where(x <= end, inside * _transform([slope], inside, r)[0], np.inf)
+        inside = np.minimum(x, length)
+        return np.where(x <= length, inside * _transform([slope], inside, r)[0], np.inf)
 
     def profile_slope(x: np.ndarray) -> np.ndarray:
-        x = np.minimum(x, end)
+        x = np.minimum(x, length)
         first, second_part = _transform([slope, second], x, r)
         kinks = _per_node(x, nodes, lambda x, b, root: b / root) @ slope_jump
         return first + x * second_part + kinks
 
     def curvature(x: np.ndarray) -> np.ndarray:
-        x = np.minimum(x, end)
+        x = np.minimum(x, length)
         of_second, of_third = _transform([second, third], x, r, power=1)
         kinks = _per_node(x, nodes, lambda x, b, root: b / (x * root)) @ moment_jump
         kinks -= _per_node(x, nodes, lambda x, b, root: b * x / root**3) @ slope_jump
@@ -393,12 +393,12 @@ def _profile(curve: PPoly, r: np.ndarray) -> Profile:
 
     section = Section(
         "tabulated",
-        height=lambda x: np.where(x <= end, curve(np.minimum(x, end)), np.inf),
-        slope=lambda x: slope(np.minimum(x, end)),
-        curvature=lambda x: second(np.minimum(x, end)),
+        height=lambda x: np.where(x <= length, curve(np.minimum(x, length)), np.inf),
+        slope=lambda x: slope(np.minimum(x, length)),
+        curvature=lambda x: second(np.minimum(x, length)),
         length=length,
         breakpoints=tuple(map(float, nodes)),
-        edge=end,
+        edge=length,
     )
     return Profile(
         "tabulated",
@@ -407,7 +407,7 @@ def _profile(curve: PPoly, r: np.ndarray) -> Profile:
         curvature,
         length,
         section.breakpoints,
-        end,
+        length,
         abel_integral=abel_integral,
         section=section,
     )

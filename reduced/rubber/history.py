@@ -42,6 +42,11 @@ _NEWTON = 100
 _BALANCE = 1e-12  # relative residual of the force; rounding is about 1e-14
 _FINEST = 2.0**-50  # tolerance of the level over the line's range: rounding of heights
 _ROUNDING = 1e-14  # error of a contact position, relative to the step
+# Of steps 7 to 14 as printed; where the print is ambiguous, the choice is stated.
+OUTCOMES = ("completed", "no contact", "diverged")
+_COMPLETED, _NO_CONTACT, _DIVERGED = range(3)
+_ESCAPED = 2.0**20  # diverged beyond this many ranges of the line
+_PRINTED_FRICTION, _PRINTED_CONJUGATE, _PRINTED_LEVEL, _PRINTED_COUNT, _PRINTED_TENSILE = range(5)
 
 
 @dataclass(frozen=True)
@@ -322,13 +327,6 @@ def _meeting(w, low, high, rate, way, memory, decay):
     return at
 
 
-# Steps 7 to 14 as printed. Where the print is ambiguous, the choice is stated.
-_ESCAPED = 2.0**20  # diverged beyond this many ranges of the line
-OUTCOMES = ("completed", "no contact", "diverged")
-_COMPLETED, _NO_CONTACT, _DIVERGED = range(3)
-_FRICTION, _CONJUGATE, _ZERO, _NUMBER, _NEGATIVE = range(5)
-
-
 @dataclass(frozen=True)
 class PrintedSliding:
     """Results of the printed scheme up to its end; arrays have shape (steps done,)."""
@@ -399,11 +397,11 @@ def slide_as_printed(
     rows = rows[:, :done]
     return PrintedSliding(
         outcome=OUTCOMES[outcome],
-        tangential_force=unit * rows[_FRICTION],
-        conjugate_force=unit * rows[_CONJUGATE],
-        level=rows[_ZERO],
-        contact_count=rows[_NUMBER].astype(np.int64),
-        tensile_count=rows[_NEGATIVE].astype(np.int64),
+        tangential_force=unit * rows[_PRINTED_FRICTION],
+        conjugate_force=unit * rows[_PRINTED_CONJUGATE],
+        level=rows[_PRINTED_LEVEL],
+        contact_count=rows[_PRINTED_COUNT].astype(np.int64),
+        tensile_count=rows[_PRINTED_TENSILE].astype(np.int64),
         relaxation_number=number,
         force=float(force),
     )
@@ -440,9 +438,9 @@ def _march_as_printed(line, spacing, number, goal, level, rows):
                 place = i + step + 1
                 carried = force[i] - shift * stiffness
                 slope = (line[(place + 1) % n] - line[(place - 1) % n]) / (2 * spacing)
-                rows[_FRICTION, step] += carried * slope
-                rows[_CONJUGATE, step] += carried * (moved[i] - z[i]) / spacing
-                rows[_NEGATIVE, step] += carried < 0.0
-        rows[_ZERO, step], rows[_NUMBER, step] = level, count
+                rows[_PRINTED_FRICTION, step] += carried * slope
+                rows[_PRINTED_CONJUGATE, step] += carried * (moved[i] - z[i]) / spacing
+                rows[_PRINTED_TENSILE, step] += carried < 0.0
+        rows[_PRINTED_LEVEL, step], rows[_PRINTED_COUNT, step] = level, count
         z, moved = moved, z
     return _COMPLETED, rows.shape[1]

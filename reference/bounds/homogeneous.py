@@ -16,9 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference.bounds.dirichlet import Prisms, fan, shells_about
-from reference.bounds.duality import Fan, energy_above, energy_below, gauss_points, towards_edge
+from reference.bounds.duality import Fan, energy_above, energy_below, towards_edge
 from reference.bounds.interval import EPSILON, Interval, above, below
 from reference.bounds.outlines import Outline, circle, dihedral
+from reference.bounds.quadrangles import gauss_points
 from reference.closed_form.shapes import ellipsoid
 from reference.errors import count_faults, positive_faults, refuse
 

@@ -21,6 +21,7 @@ against the patch needs no continuum.
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property, lru_cache
@@ -122,9 +123,9 @@ class GridBody(OfBody):
         self.contact_compliance = contact_compliance
 
     @property
+    @abstractmethod
     def elastic(self) -> Array:
         """Compliance of the body without its contact's, as the kind of body keeps it."""
-        raise NotImplementedError
 
     def _alike(
         self, shape: tuple[int, int], spacing: tuple[float, float], more: float = 0.0

@@ -12,6 +12,7 @@ over cells, it is the table of `cell_coefficients`.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import cache
 from typing import Self, TypeGuard
 
@@ -30,6 +31,7 @@ from reference.layered.stack import PER_DECADE, Graded, Stack
 Array = NDArray[np.float64]
 Pair = tuple[float, float]
 Body = Stack | Graded
+Radial = Callable[[Array], Array]
 
 # Thicknesses of layers on a rigid base beyond which nothing is displaced: exp(-0.74 x 32) = 5e-11
 # for nu = 0.5, the slowest decay.
@@ -211,38 +213,10 @@ def cell_coefficients(body: Body, shape: tuple[int, int], spacing: Pair) -> Arra
         return kernels.love(i, j, spacing, body.top.effective_modulus)
     dx, dy = spacing
     largest = float(np.hypot(shape[0] * dx, shape[1] * dy)) + max(spacing)
-    # r G(r) and I(r); below the smallest distance the body is taken as its uppermost material
     if isinstance(body, Graded):
-        k, factor = body.exponent, body.point_factor
-
-        def point(r: Array) -> Array:
-            return factor * r**-k
-
-        def disc(radius: Array) -> Array:
-            return factor * radius ** (1 - k) / (1 - k)
-
+        point, disc = _graded_force(body)
     else:
-        scale = 1 / (np.pi * body.top.effective_modulus)
-        smallest = min(1e-4 * min(spacing), 1e-3 * min(body.thicknesses))
-        number = int(PER_DECADE * np.log10(1.1 * largest / smallest)) + 8
-        logs = np.linspace(np.log(smallest), np.log(1.1 * largest), number)
-        distances = np.exp(logs)
-        # S(r)
-        excess = body.softening(1e-13 / distances[-1], 1e3 / body.thicknesses[0])
-        places, weights = _bessel_rule()
-        values = np.array([1 + weights @ excess(places / r) for r in distances]) * scale
-        table = CubicSpline(logs, values)
-        within = CubicSpline(logs, values * distances).antiderivative()
-        # S begins as a straight line
-        start = smallest * (scale + values[0]) / 2
-
-        def point(r: Array) -> Array:
-            return table(np.log(r))
-
-        def disc(radius: Array) -> Array:
-            far = start + within(np.log(np.maximum(radius, smallest)))
-            return np.where(radius < smallest, scale * radius, far)
-
+        point, disc = _layered_force(body, 1e-4 * min(spacing), largest)
     x, y = np.broadcast_arrays(np.arange(shape[0])[:, None] * dx, np.arange(shape[1]) * dy)
     reach = np.maximum(x, y) / max(spacing)
     result = np.zeros(shape)
@@ -252,8 +226,8 @@ def cell_coefficients(body: Body, shape: tuple[int, int], spacing: Pair) -> Arra
         return weight * point(r) / r
 
     near, far = reach < 3.0, reach > 16.0
-    for part, points in ((~near & ~far, 8), (far, 4)):
-        result[part] = kernels.over_cell(from_force, x[part], y[part], spacing, points)
+    for part, rule in ((~near & ~far, 8), (far, 4)):
+        result[part] = kernels.over_cell(from_force, x[part], y[part], spacing, rule)
 
     def triangle(length: Array, distance: Array) -> Array:
         nodes, weights = gauss_rule(40)
@@ -275,6 +249,37 @@ def cell_coefficients(body: Body, shape: tuple[int, int], spacing: Pair) -> Arra
             total += sign_x * sign_y * corner
     result[near] = total
     return result
+
+
+def _graded_force(body: Graded) -> tuple[Radial, Radial]:
+    """Return r G(r) and I(r), powers of the distance."""
+    k, factor = body.exponent, body.point_factor
+    return lambda r: factor * r**-k, lambda r: factor * r ** (1 - k) / (1 - k)
+
+
+def _layered_force(body: Stack, smallest: float, largest: float) -> tuple[Radial, Radial]:
+    """Return r G(r) and I(r) from a table of S(r) over log r, for distances in a range.
+
+    Below it the body is taken as its uppermost material: `smallest` is far below the cells.
+    """
+    scale = 1 / (np.pi * body.top.effective_modulus)
+    smallest = min(smallest, 1e-3 * min(body.thicknesses))
+    number = int(PER_DECADE * np.log10(1.1 * largest / smallest)) + 8
+    logs = np.linspace(np.log(smallest), np.log(1.1 * largest), number)
+    r = np.exp(logs)
+    excess = body.softening(1e-13 / r[-1], 1e3 / body.thicknesses[0])
+    x, weights = _bessel_rule()
+    values = np.array([1 + weights @ excess(x / radius) for radius in r]) * scale
+    table = CubicSpline(logs, values)
+    within = CubicSpline(logs, values * r).antiderivative()
+    # S begins as a straight line
+    start = smallest * (scale + values[0]) / 2
+
+    def disc(radius: Array) -> Array:
+        inside = start + within(np.log(np.maximum(radius, smallest)))
+        return np.where(radius < smallest, scale * radius, inside)
+
+    return lambda radius: table(np.log(radius)), disc
 
 
 @cache

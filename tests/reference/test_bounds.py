@@ -9,15 +9,9 @@ from scipy.special import ellipe, ellipk
 from reference import closed_form
 from reference.bounds import flat_faces, homogeneous, outlines, revolution
 from reference.bounds.dirichlet import Prisms, fan, rings
-from reference.bounds.duality import (
-    Rings,
-    areas,
-    energy_above,
-    energy_below,
-    fan_cells,
-    mutual_integrals,
-)
+from reference.bounds.duality import Rings, energy_above, energy_below
 from reference.bounds.ellipses import elliptic_stiffness
+from reference.bounds.quadrangles import areas, fan_cells, mutual_integrals
 from reference.bounds.revolution import (
     best_circle,
     cone,

@@ -24,17 +24,8 @@ from reference.rolling.creep_theories import (
     linear,
     on_grid,
 )
-from reference.rolling.roll import (
-    Creep,
-    PlaneElements,
-    PlaneSurface,
-    Upstream,
-    hertz,
-    pressed,
-    roll,
-    roll_on,
-    steady,
-)
+from reference.rolling.plane import PlaneElements, PlaneSurface, hertz
+from reference.rolling.roll import Creep, Upstream, pressed, roll, roll_on, steady
 
 # Kalker's printed coefficients have three digits, of which the last is uncertain: all agree within
 # 0.4 % but C11 of the shortest contact at nu = 1/2 and some C33, 0.8 % off; our coarse grids leave

@@ -34,17 +34,8 @@ from reference.fem.grid_body import ShearBody
 from reference.halfspace.friction import FrictionalGrid
 from reference.halfspace.traction import Compliance, NormalAndTangential
 from reference.rolling.creep_theories import creep_coefficients, kalker, on_grid
-from reference.rolling.roll import (
-    Creep,
-    PlaneElements,
-    PlaneSurface,
-    Upstream,
-    hertz,
-    moving_compliance,
-    pressed,
-    roll_on,
-    steady,
-)
+from reference.rolling.plane import PlaneElements, PlaneSurface, hertz, moving_compliance
+from reference.rolling.roll import Creep, Upstream, pressed, roll_on, steady
 from reference.viscoelastic.materials import GeneralisedMaxwell
 from reference.viscoelastic.rubber import SlidingContact, slide_on_rubber
 from reference.viscoelastic.travelling import TravellingPlane
