@@ -15,6 +15,7 @@ from comparisons.questions.study import solved_in_memory
 from comparisons.results.advice import advise
 from comparisons.results.record import asked_in_vain
 from comparisons.results.scene_record import record_scene
+from comparisons.scene.scene import Scene
 from comparisons.solving.plan import Effort, Plan
 from comparisons.tasks.solution import Solved
 from roughline.commands import say, terminal
@@ -34,9 +35,7 @@ def print_known(plans: list[Plan], as_json: bool, again: str) -> int:
     """Say what is known of each plan without solving anything; `again` is the command that does."""
     answers = {plan.scene.name: known_of(plan) for plan in plans}
     if as_json:
-        documents = [
-            _document(plan.scene.name, answers[plan.scene.name], plan.notes) for plan in plans
-        ]
+        documents = [_document(plan.scene, answers[plan.scene.name], plan.notes) for plan in plans]
         print(json.dumps(documents, indent=1))
         return FINE
     for plan in plans:
@@ -45,7 +44,9 @@ def print_known(plans: list[Plan], as_json: bool, again: str) -> int:
             terminal.print_text(f"{name}: {plainly(known, tolerance)}")
             terminal.print_text(f"{name}: {in_words(known, tolerance)}")
         else:
-            terminal.print_text(f"{name}: {'; '.join(filter(None, [NOTHING, claims_on(name)]))}")
+            verdicts = [f"{claim} ({verdict})" for claim, verdict in claims_on(plan.scene).items()]
+            found = f"claims on this built-in scene: {', '.join(verdicts)}" if verdicts else NOTHING
+            terminal.print_text(f"{name}: {found}")
         for note in _warnings(plan.notes):
             terminal.print_text(f"{plan.scene.name}: {note}")
     say(f"To be sure: {again}")
@@ -74,8 +75,8 @@ def advise_all(plans: list[Plan], effort: Effort, as_json: bool) -> int:
     if as_json:
         documents = [
             advise(record).document(record.name)
-            | _document(record.name, answers.get(record.name, []), record.plan.notes)
-            for record in records
+            | _document(plan.scene, answers[plan.scene.name], record.plan.notes)
+            for plan, record in zip(plans, records, strict=True)
         ]
         print(json.dumps(documents, indent=1))
     else:
@@ -94,6 +95,10 @@ def _warnings(notes: Iterable[str]) -> list[str]:
     return [note for note in notes if note.startswith((CHECK, STRAINED))]
 
 
-def _document(name: str, known: list[Nearest], notes: Iterable[str]) -> dict[str, Any]:
-    nearest_ones = [answer.document for answer in known]
-    return {"scene": name, "nearest": nearest_ones, "notes": _warnings(notes)}
+def _document(scene: Scene, known: list[Nearest], notes: Iterable[str]) -> dict[str, Any]:
+    return {
+        "scene": scene.name,
+        "nearest": [answer.document for answer in known],
+        "claims_on_scene": claims_on(scene),
+        "notes": _warnings(notes),
+    }

@@ -8,7 +8,7 @@ stretch where its loads spread. The record of the full runs comes with the packa
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -24,12 +24,13 @@ from comparisons.questions.claims.record import STORED, load_claims_record
 from comparisons.results.record import SceneRecord
 from comparisons.scene.indenters.punches import EllipticPunch, RightAngledPunch
 from comparisons.scene.loading import AbsoluteLoads, loads_of
-from comparisons.scene.scene import Scene, make_scene
+from comparisons.scene.scene import Scene, builtin_names, load_scene, make_scene
 from reference.closed_form import sphere
 from reference.closed_form.adhesive import maugis_parameter
 
 SAME = 1e-3  # relative distance along a parameter that is none
 Stretch = tuple[float, float]
+Point = tuple[float, float, float]  # value of the parameter, e, u
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ class Measured:
     parameter: str
     spacing: str
     tolerance: float
-    points: tuple[tuple[float, float, float], ...]
+    points: tuple[Point, ...]
     fixed: Mapping[str, float] = field(default_factory=dict)
 
     @property
@@ -55,6 +56,11 @@ class Measured:
     def along(self, value: float) -> float:
         """Return where a value stands along the parameter, in its spacing."""
         return float(np.log(value)) if self.spacing == "log" else value
+
+    def exceeded_by(self, stretch: Stretch) -> bool:
+        """Whether a stretch of the parameter reaches beyond what was measured."""
+        low, high = self.ends
+        return stretch[0] < low * (1 - SAME) or stretch[1] > high * (1 + SAME)
 
 
 @dataclass(frozen=True)
@@ -72,6 +78,8 @@ class Nearest:
     error, uncertainty : float
     word : str
         "within", "outside" or "not resolved" at the tolerance of the scene.
+    word_of_claim : str
+        The same at the tolerance of the claim.
     own : dict
         The scene's values of what stood still while the claim was measured, as far as it has any.
     """
@@ -83,13 +91,22 @@ class Nearest:
     error: float
     uncertainty: float
     word: str
+    word_of_claim: str
     own: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def differing(self) -> list[str]:
+        """The symbols of what stood still while the claim was measured, and is another here."""
+        return [
+            name
+            for name, made in self.measured.fixed.items()
+            if not np.isclose(self.own.get(name, np.nan), made, rtol=SAME)
+        ]
 
     @property
     def agrees(self) -> bool:
         """Whether the scene has the values of what stood still while the claim was measured."""
-        fixed = self.measured.fixed.items()
-        return all(np.isclose(self.own.get(name, np.nan), made, rtol=SAME) for name, made in fixed)
+        return not self.differing
 
     @property
     def worst(self) -> float:
@@ -99,8 +116,14 @@ class Nearest:
     @property
     def beyond(self) -> bool:
         """Whether the scene lies outside of what was measured."""
-        low, high = self.measured.ends
-        return self.here[0] < low * (1 - SAME) or self.here[1] > high * (1 + SAME)
+        return self.measured.exceeded_by(self.here)
+
+    def stood_still(self, name: str) -> str:
+        """Return a fixed value, and the scene's own where it is another: "H = 0.8, here 0.3"."""
+        made = f"{name} = {self.measured.fixed[name]:g}"
+        if name not in self.differing:
+            return made
+        return f"{made}, here {f'{self.own[name]:.4g}' if name in self.own else 'not stated'}"
 
     @property
     def place(self) -> str:
@@ -111,10 +134,9 @@ class Nearest:
         here = low if low == high else f"{low} to {high}"
         beside = f", here {here}" if here != there else ""
         far = ", beyond all that was measured" if self.beyond else ""
-        for name, made in self.measured.fixed.items():
-            own = f"{self.own[name]:g}" if name in self.own else "not stated"
-            far += f", {name} = {made:g}" + (f", here {own}" if own != f"{made:g}" else "")
-        return f"{self.measured.parameter} = {there}{beside}{far} (claim {self.measured.claim})"
+        fixed = "".join(f", {self.stood_still(name)}" for name in self.measured.fixed)
+        claim = self.measured.claim
+        return f"{self.measured.parameter} = {there}{beside}{far}{fixed} (claim {claim})"
 
     @property
     def document(self) -> dict[str, Any]:
@@ -129,6 +151,9 @@ class Nearest:
             "uncertainty": self.uncertainty,
             "word": self.word,
             "beyond": self.beyond,
+            "fixed": dict(self.measured.fixed),
+            "own": {name: self.own.get(name) for name in self.measured.fixed},
+            "agrees": self.agrees,
             "hurst_measured": self.measured.fixed.get("H"),
             "hurst_here": self.own.get("H"),
         }
@@ -148,34 +173,42 @@ def nearest(scene: Scene, loads: AbsoluteLoads, unit: float = np.nan) -> list[Ne
     here, own = places(scene, loads, unit), own_values(scene, loads, unit)
     for claim in [claim for claim in QUANTITIES if claim in here and claim in measured()]:
         for name in [name for name in QUANTITIES[claim] if name in scene.compare.quantities]:
-            record, stretch, tolerance = measured()[claim], here[claim], scene.compare.tolerance
-            low, high = (record.along(end) for end in stretch)
-            along = np.array([record.along(value) for value, _, _ in record.points])
-            slack = SAME * np.ptp(along)
-            # the worst of the points that the scene covers; where it covers none, the nearest
-            placed = list(zip(record.points, along, strict=True))
-            middle = (low + high) / 2
-            covered = [point for point, at in placed if low - slack <= at <= high + slack]
-            nearest_one, _ = min(placed, key=lambda pair: abs(pair[1] - middle))
-            there, error, bar = max(covered or [nearest_one], key=lambda p: abs(p[1]) + p[2])
-            word = judged(error, bar, tolerance).word
-            answer = Nearest(name, record, stretch, there, error, bar, word, own)
-            # Within is only what the next points on either side are, too: between an exact end, as
-            # a ratio of one, and a point that is not, nothing is exact. Beyond all that was
-            # measured nothing is known.
-            first = along[along <= low + slack].max(initial=along.min())
-            last = along[along >= high - slack].min(initial=along.max())
-            if first > last:
-                first = last = along.min() if high < along.min() else along.max()
-            beside = (
-                judged(e, u, tolerance).word for (_, e, u), at in placed if first <= at <= last
-            )
-            if word == WITHIN and (answer.beyond or any(near != WITHIN for near in beside)):
-                answer = replace(answer, word=NOT_RESOLVED)
+            record, stretch = measured()[claim], here[claim]
+            point, word = _decided(record, stretch, scene.compare.tolerance)
+            _, word_of_claim = _decided(record, stretch, record.tolerance)
+            answer = Nearest(name, record, stretch, *point, word, word_of_claim, own)
             known = answers.get(name)
             if not known or (answer.agrees, answer.worst) > (known.agrees, known.worst):
                 answers[name] = answer
     return [answers[name] for name in scene.compare.quantities if name in answers]
+
+
+def _decided(record: Measured, stretch: Stretch, tolerance: float) -> tuple[Point, str]:
+    """Return the point that decides over a stretch of the parameter, and the word there.
+
+    It is the worst of the points that the stretch covers; where it covers none, the nearest.
+    """
+    low, high = (record.along(end) for end in stretch)
+    along = np.array([record.along(value) for value, _, _ in record.points])
+    slack = SAME * np.ptp(along)
+    placed = list(zip(record.points, along, strict=True))
+    middle = (low + high) / 2
+    covered = [point for point, at in placed if low - slack <= at <= high + slack]
+    nearest_one, _ = min(placed, key=lambda pair: abs(pair[1] - middle))
+    decisive = max(covered or [nearest_one], key=lambda point: abs(point[1]) + point[2])
+    _, error, bar = decisive
+    word = judged(error, bar, tolerance).word
+    # Within is only what the next points on either side are, too: between an exact end, as a ratio
+    # of one, and a point that is not, nothing is exact. Beyond all that was measured nothing is
+    # known.
+    first = along[along <= low + slack].max(initial=along.min())
+    last = along[along >= high - slack].min(initial=along.max())
+    if first > last:
+        first = last = along.min() if high < along.min() else along.max()
+    beside = (judged(e, u, tolerance).word for (_, e, u), at in placed if first <= at <= last)
+    if word == WITHIN and (record.exceeded_by(stretch) or any(near != WITHIN for near in beside)):
+        word = NOT_RESOLVED
+    return decisive, word
 
 
 def nearest_to(record: SceneRecord) -> list[Nearest]:
@@ -194,31 +227,45 @@ def nearest_to(record: SceneRecord) -> list[Nearest]:
 
 
 def plainly(answers: list[Nearest], tolerance: float) -> str:
-    """Return for each quantity whether the reduced model is within a tolerance, in few words."""
+    """Return for each quantity whether the reduced model is within a tolerance, in few words.
+
+    Where a claim was measured with other values of what stood still, it is said where.
+    """
     asked, parts = fmt.tolerance(tolerance), []
     for answer in answers:
         measured_at = answer.measured.tolerance
         error = fmt.plus_minus(answer.error, answer.uncertainty)
-        wider = tolerance < measured_at and answer.worst <= measured_at and not answer.beyond
+        wider = tolerance < measured_at and answer.word_of_claim == WITHIN
         also = f", within {fmt.tolerance(measured_at)}" if wider else ""
+        others = ", ".join(map(answer.stood_still, answer.differing))
+        where = f" where measured ({others})" if others else ""
         said = {
-            WITHIN: f"yes, within {asked}",
-            OUTSIDE: f"no ({error}){also}",
-            NOT_RESOLVED: f"not known to {asked}{also}",
+            WITHIN: f"yes{where}, within {asked}",
+            OUTSIDE: f"no ({error}){where}{also}",
+            NOT_RESOLVED: f"not known to {asked}{where}{also}",
         }[answer.word]
         said += ", beyond all that was measured" if answer.beyond else ""
         parts.append(f"{quantity(answer.quantity).label}: {said}")
     return f"Reduced model, {'; '.join(parts)}." if parts else ""
 
 
-def claims_on(name: str) -> str:
-    """Return the verdicts on the reduced model of claims on a built-in scene; "" without any."""
-    found = [
-        f"{claim.id} ({claim.verdict})"
+def claims_on(scene: Scene) -> dict[str, str]:
+    """Return the verdicts on the reduced model of claims on a built-in scene, by claim.
+
+    A scene is that one if it differs at most in what is compared, and how well.
+    """
+    name = scene.name
+    if name not in builtin_names():
+        return {}
+    built_in = load_scene(name)
+    aside = {"compare": built_in.compare, "directory": built_in.directory}
+    if scene.model_copy(update=aside) != built_in:
+        return {}
+    return {
+        claim.id: claim.verdict
         for claim in load_claims_record(STORED).claims
         if claim.method == MODEL and f"on the scene {name}," in f"{claim.what},"
-    ]
-    return f"claims on the built-in scene {name}: {', '.join(found)}" if found else ""
+    }
 
 
 def in_words(answers: list[Nearest], tolerance: float) -> str:
@@ -276,8 +323,6 @@ FIXED: dict[str, dict[str, float]] = {
     "rolling-curve-springs": {"nu": 0.28, "R_x/R_y": 1.0},
     "rolling-curve-matched": {"nu": 0.28, "R_x/R_y": 1.0},
 }
-# Creep in % at which the springs slip all over on the scene of the claims on the creep curve.
-FULL_SLIP = 1.066
 # The quantities whose error a claim measures. Force and stiffness of a flat face err alike.
 QUANTITIES: dict[str, tuple[str, ...]] = {
     "ellipsoid-force": ("force",),
@@ -352,18 +397,40 @@ def places(scene: Scene, loads: AbsoluteLoads, unit: float) -> dict[str, Stretch
         plain = set(scene.physics) == {"rolling", "friction"} and not rolling.spin
         curved, normal = curvature_radii(scene), loads.normal
         if plain and curved and normal is not None and not any(rolling.lateral_creep.values):
-            # F_x/(mu F) of a ball is a function of the creep over that of full slip on springs,
-            # 2 mu (E*/G*) a/R; of an ellipsoid the ball with the mean of its radii stands near.
-            radius, modulus = float(np.sqrt(curved[0] * curved[1])), scene.effective_modulus
-            load = float(normal.values[-1])
-            cubed = 0.75 * load * radius / modulus
-            a = cubed ** (1 / 3) if normal.control == "force" else np.sqrt(radius * load)
-            stiffer = modulus / scene.tangential_modulus
-            full_slip = 2 * friction.coefficient * stiffer * a / radius
-            creeps = np.abs(rolling.creep.values) * FULL_SLIP / full_slip
+            # The creep in % that is as large a share of full slip on the ball of the claims; creep
+            # of zero has no place on their scale of logarithms, nor an error.
+            percent = 100 * full_slip_of_claims() / full_slip(scene, normal)
+            creeps = [abs(creep) * percent for creep in rolling.creep.values if creep]
             kind = "matched" if scene.methods.reduced.rolling == "matched" else "springs"
-            found[f"rolling-curve-{kind}"] = float(creeps.min()), float(creeps.max())
+            if creeps:
+                found[f"rolling-curve-{kind}"] = min(creeps), max(creeps)
     return found
+
+
+def full_slip(scene: Scene, normal: AbsoluteLoads) -> float:
+    """Return the creep at which the springs of a ball slip all over, 2 mu (E*/G*) a/R.
+
+    F_x/(mu F) of a ball is a function of the creep over it; of an ellipsoid the ball with the mean
+    of its radii stands near.
+    """
+    radii = curvature_radii(scene)
+    assert radii is not None
+    assert scene.friction is not None
+    radius, modulus = float(np.sqrt(radii[0] * radii[1])), scene.effective_modulus
+    load = float(normal.values[-1])
+    cubed = 0.75 * load * radius / modulus
+    a = cubed ** (1 / 3) if normal.control == "force" else np.sqrt(radius * load)
+    stiffer = modulus / scene.tangential_modulus
+    return float(2 * scene.friction.coefficient * stiffer * a / radius)
+
+
+@cache
+def full_slip_of_claims() -> float:
+    """Return the same of the scene of the claims on the creep curve."""
+    scene = load_scene("rolling-ball")
+    normal = loads_of(scene).normal
+    assert normal is not None
+    return full_slip(scene, normal)
 
 
 def own_values(scene: Scene, loads: AbsoluteLoads, unit: float) -> dict[str, float]:

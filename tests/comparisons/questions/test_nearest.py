@@ -6,29 +6,38 @@ import sys
 import numpy as np
 import pytest
 
+from comparisons import formatting as fmt
 from comparisons.geometry.prepare import RoughGeometry, prepare
 from comparisons.judging.verdicts import OUTSIDE, WITHIN
+from comparisons.questions.claims.claim import load_claims, scene_of
 from comparisons.questions.claims.nearest import (
-    HURST,
+    FIXED,
     QUANTITIES,
+    claims_on,
+    full_slip_of_claims,
     in_words,
     measured,
     nearest,
+    own_values,
     places,
     plainly,
 )
-from comparisons.questions.claims.record import STORED, load_claims_record
+from comparisons.questions.experiments import EXPERIMENTS
 from comparisons.scene.scene import load_scene
 from reference.closed_form.adhesive import strength_of
 from roughline.commands.app import run_command
 
 
-def known(name, **changes):
-    scene = load_scene(name, changes)
+def prepared(scene):
     geometry, loads = prepare(scene)
     rough = isinstance(geometry, RoughGeometry)
     unit = scene.effective_modulus * geometry.area * geometry.rms_slope if rough else np.nan
-    return {answer.quantity: answer for answer in nearest(scene, loads, unit)}
+    return scene, loads, unit
+
+
+def known(name, **changes):
+    answers = nearest(*prepared(load_scene(name, changes)))
+    return {answer.quantity: answer for answer in answers}
 
 
 def test_every_place_has_a_measurement():
@@ -69,12 +78,17 @@ def test_a_load_between_two_that_were_measured_is_told_the_nearest_in_logarithms
     assert ", H = 0.8, here 0.3 (" in flat.place
 
 
-def test_the_hurst_exponent_is_that_of_the_claims():
-    for claim in load_claims_record(STORED).claims:
-        if claim.id in QUANTITIES:
-            stated = [n.stated for n in claim.nuisances if n.name.startswith("Hurst")]
-            assert all(value == HURST for value in stated)
-    assert load_scene("rough-free").surface.hurst == HURST
+@pytest.mark.parametrize("claim", load_claims(tuple(FIXED)), ids=list(FIXED))
+def test_what_stood_still_is_what_the_files_of_claims_state(claim):
+    """On scenes by the scene; of experiments as stated, or by their defaults."""
+    if claim.experiment is None:
+        own = own_values(*prepared(scene_of(claim, claim.sides(claim.vary.start)[1])))
+    else:
+        stated = claim.under(claim.as_stated).parameters
+        arguments = EXPERIMENTS[claim.experiment].arguments(claim.vary.start, stated)
+        own = {"H": arguments["hurst"], "F/(E* A0 h')": arguments["load"]}
+    for name, made in FIXED[claim.id].items():
+        assert own[name] == pytest.approx(made, rel=1e-9)
 
 
 def test_a_claim_along_the_scenes_own_parameter_decides():
@@ -96,6 +110,74 @@ def test_the_creep_of_a_ball_stands_over_that_of_full_slip():
     np.testing.assert_allclose(heavy.here, (0.001, 0.1), rtol=1e-4)
     assert (one.measured.claim, one.agrees, one.word) == ("rolling-curve-springs", True, OUTSIDE)
     assert "traction" not in known("rolling-ball", **{"rolling.lateral_creep": 0.001})
+
+
+def test_no_creep_at_all_has_no_place_on_the_creep_curve():
+    """0 has no logarithm; what creeps beside it stands where it stands alone."""
+    around = known("rolling-ball", **{"rolling.creep": [-0.001, 0.0, 0.001]})["traction"]
+    alone = known("rolling-ball", **{"rolling.creep": 0.001})["traction"]
+    assert around == alone
+    np.testing.assert_allclose(around.here, 0.1)
+    assert not around.beyond
+    assert "traction" not in known("rolling-ball", **{"rolling.creep": 0.0})
+
+
+def test_full_slip_of_the_springs_of_a_ball():
+    """2 mu (E*/G*) a/R with a^3 = 3 F R/(4 E*), in the numbers of the scene of the claims."""
+    young, nu, radius, load, friction = 210e9, 0.28, 0.01, 100.0, 0.3
+    modulus, tangential = young / (1 - nu**2), 2 * young / ((1 + nu) * (2 - nu))
+    a = np.cbrt(3 * load * radius / (4 * modulus))
+    expected = 2 * friction * modulus / tangential * a / radius
+    assert full_slip_of_claims() == pytest.approx(expected, rel=1e-9)
+    assert expected == pytest.approx(0.01066, rel=1e-3)
+
+
+def test_at_two_tolerances_one_scene_has_one_answer():
+    """What is said to be within the claim's own tolerance is so when asked for that tolerance."""
+    ratios = [*np.geomspace(1.01, 25.0, 40), 2.0085]
+    scenes = [
+        ("ellipsoid-2", {"indenter.radius_x": 0.01 * ratio, "indenter.radius_y": 0.01})
+        for ratio in ratios
+    ]
+    loads = (0.0005, 0.001, 0.003, 0.01, 0.03, 0.05, 0.1, 0.2)
+    scenes += [
+        ("rough-free", {"loading": {"force": {"value": load, "relative_to": "E* A0 h'"}}})
+        for load in loads
+    ]
+    tails = set()
+    for name, changes in scenes:
+        for quantity, asked in known(name, **changes, **{"compare.tolerance": 0.001}).items():
+            tolerance = asked.measured.tolerance
+            same = known(name, **changes, **{"compare.tolerance": tolerance})[quantity]
+            limit = f"within {fmt.tolerance(tolerance)}"
+            tail = f", {limit}" in plainly([asked], 0.001)
+            assert tail == (f"yes, {limit}" in plainly([same], tolerance)), (name, changes)
+            tails.add((name, tail))
+    assert len(tails) == 4  # both answers, on ellipsoids and on rough surfaces
+
+
+def test_yes_and_no_are_said_of_where_it_was_measured():
+    """Other surfaces and bodies than those of the claims: with their values and the scene's."""
+    heights = {"surface.hurst": 0.3, "compare.tolerance": 0.15}
+    (depth,) = known("rough-free", **heights, **{"compare.quantities": ["penetration"]}).values()
+    said = plainly([depth], 0.15)
+    assert "penetration depth: yes where measured (H = 0.8, here 0.3), within 15" in said
+    radii = {"shape": "ellipsoid", "radius_x": "460 mm", "radius_y": "300 mm"}
+    wheel = {"indenter": radii, "loading.force": "80 kN", "rolling.creep": "-0.1 %"}
+    wheel |= {"half_space.youngs_modulus": "105 GPa"}
+    said = plainly([known("rolling-ball", **wheel)["traction"]], 0.01)
+    assert said.startswith("Reduced model, traction coefficient: no (\N{MINUS SIGN}43.9 ")
+    assert said.endswith(") where measured (R_x/R_y = 1, here 1.533).")
+    same = known("rough-free", **{"compare.tolerance": 0.15})["penetration"]
+    assert "penetration depth: yes, within 15" in plainly([same], 0.15)
+
+
+def test_claims_on_a_built_in_scene_are_none_on_another_of_its_name():
+    film = claims_on(load_scene("soft-ball-film"))
+    assert "film-central" in film
+    assert claims_on(load_scene("soft-ball-film", {"compare.tolerance": 0.2})) == film
+    assert claims_on(load_scene("soft-ball-film", {"indenter.radius": "3 mm"})) == {}
+    assert claims_on(load_scene("soft-ball-film", {"name": "my-film"})) == {}
 
 
 def test_beyond_all_that_was_measured_nothing_is_within():
@@ -171,13 +253,22 @@ def test_advise_says_it_first_and_can_end_there(capsys, monkeypatch):
     assert run_command(["advise", "ellipsoid-5", "--known", "--json"]) == 0
     (document,) = json.loads(capsys.readouterr().out)
     assert document["nearest"][0]["word"] == OUTSIDE
+    assert document["claims_on_scene"] == {}
+    assert run_command(["advise", "rolling-ball", "--known", "--json"]) == 0
+    (document,) = json.loads(capsys.readouterr().out)
+    (traction, _) = document["nearest"]
+    assert traction["fixed"] == traction["own"] == {"nu": 0.28, "R_x/R_y": 1.0}
+    assert traction["agrees"]
+    assert "rolling-curve-springs" in document["claims_on_scene"]
     assert run_command(["advise", "sphere", "--known"]) == 0
     assert "small slopes and strains" in " ".join(capsys.readouterr().out.split())  # a/R = 0.45
     assert run_command(["advise", "sphere", "--known", "--json"]) == 0
     (document,) = json.loads(capsys.readouterr().out)
     assert "small slopes and strains" in " ".join(document["notes"])
-    assert run_command(["advise", "triangle-punch", "--known"]) == 0
+    assert run_command(["advise", "rounded-punch", "--known"]) == 0
     assert "no claim has measured such a scene" in capsys.readouterr().out
     assert run_command(["advise", "soft-ball-film", "--known"]) == 0
-    assert "built-in scene soft-ball-film: film-central (" in flat(capsys.readouterr().out)
+    said = flat(capsys.readouterr().out)
+    assert said.startswith("soft-ball-film: claims on this built-in scene: film-central (")
+    assert "no claim" not in said
     assert in_words([], 0.01) == plainly([], 0.01) == ""
