@@ -81,11 +81,10 @@ def _surface(x: np.ndarray, y: np.ndarray, z: np.ndarray, colour: np.ndarray, sc
 
     The page triangulates the `grid`: two triangles per cell, in the colour of its first corner.
     """
-    shades = np.round(SHADES * np.clip(colour[:-1, :-1].ravel(), 0, 1))
     trace = {
         "type": "mesh3d",
         "grid": list(z.shape),
-        "intensity": _packed(np.repeat(shades, 2), "u1"),
+        "intensity": _packed(np.repeat(_shades(colour[:-1, :-1].ravel()), 2), "u1"),
         "intensitymode": "cell",
         "colorscale": scale,
         "cmax": SHADES,
@@ -99,9 +98,9 @@ def _body(job: Job) -> Drawn:
     trace = {
         "type": "mesh3d",
         **{name: _packed(triangles[:, axis], "u4") for axis, name in enumerate("ijk")},
-        "intensity": _packed(stress / float(job["highest"])),
+        "intensity": _packed(_shades(stress / float(job["highest"])), "u1"),
         "colorscale": "Viridis",
-        "cmax": 1.0,
+        "cmax": SHADES,
         # Shading would tell other stresses than the colour bar.
         "lighting": {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0},
     }
@@ -111,10 +110,10 @@ def _body(job: Job) -> Drawn:
 def _particles(job: Job) -> Drawn:
     marker = {
         "size": BALLS * float(job["spacing"]),
-        "color": _packed(job["stress"] / float(job["highest"])),
+        "color": _packed(_shades(job["stress"] / float(job["highest"])), "u1"),
         "colorscale": "Viridis",
         "cmin": 0.0,
-        "cmax": 1.0,
+        "cmax": SHADES,
         "opacity": 1.0,
         "line": {"width": 0},
     }
@@ -125,7 +124,12 @@ def _particles(job: Job) -> Drawn:
 _VIEWS = {"rough": _rough, "hill": _hill, "body": _body, "particles": _particles}
 
 
-def _packed(values: np.ndarray, dtype: str = "f4") -> dict[str, Any]:
+def _shades(values: np.ndarray) -> np.ndarray:
+    """Return values from 0 to 1 as steps of a colour scale: as many as a screen shows."""
+    return np.round(SHADES * np.clip(values, 0, 1))
+
+
+def _packed(values: np.ndarray, dtype: str) -> dict[str, Any]:
     """Return an array in plotly's packed encoding; indices of small meshes take two bytes."""
     if dtype == "u4" and values.max(initial=0) < 2**16:
         dtype = "u2"
