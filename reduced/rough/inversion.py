@@ -5,8 +5,9 @@ length. A prescribed force requires Phi(d) = F. A prescribed mean gap is a presc
 line turned upside down, whose contacts are the open parts: n times the mean gap is its force, and
 no digits are lost near full contact. Short lines are sorted: between two neighbouring depths the
 force is quadratic in d, linear for nodal sums, and one pass gives the roots for all loads
-(`_roots`). Long lines start from sums on two ladders of levels, a coarse one and a fine one around
-the roots, and continue with Newton's method. One walk along the line then measures the contacts.
+(`_roots`). Longer lines start from sums on two ladders of levels, a coarse one and a fine one
+around the roots, and continue with Newton's method; these passes add pieces of a long line whole
+that cross no level. One walk along the line then measures the contacts.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy as np
 from numba import njit
 
 from reduced.rough import walk as line_walk
-from reduced.rough.walk import HIGHEST, LOWEST, PIECE, TOTAL, Ends, extremes, turn, walk
+from reduced.rough.walk import Ends, walk
 
 PENETRATION, FORCE, MEAN_GAP = range(3)
 PENETRATIONS, FORCES, AREAS, LENGTHS, LONGESTS, GAPS, ENERGIES, STIFFNESSES = range(8)
@@ -26,7 +27,8 @@ _FINISHED, _AGREED = 5e-14, 1e-13
 # verifies this.
 _PROMISING_CUT, _PROMISING_WHOLE = 1e-5, 1e-7
 _COARSE, _LADDER = 16, 64
-_LONG = 1024  # points from which the pieces of a line are measured
+_PIECE = 64  # points
+_LOWEST, _HIGHEST, _SUM = range(3)  # of a piece
 _NEWTON = 100
 _PHI, _LENGTH, _RATE, _CELLS, _TOTAL = range(5)  # of `_add_up`
 _BOLD = 8  # steps that also use the rate of the contact length; plain Newton steps always converge
@@ -66,31 +68,36 @@ def press_lines(
     steps = np.zeros(lines)
     depth, d = np.empty(n), goals.copy()
     contact = np.empty((k + 1, line_walk.ROOM))
-    pieces = np.empty((n // PIECE if n >= _LONG else 0, 4))
     ordered, turned = orders.shape[1] > 0, control == MEAN_GAP
+    pieces = np.empty((0 if ordered else n // _PIECE, 3))
     forces = n * goals if turned else goals
     promising = _PROMISING_CUT if ends.sub_cell else _PROMISING_WHOLE
     for index in range(lines):
         row = first + index
         line = heights[row]
-        (lowest, highest), mean = extremes(line), _mean(line)
+        (lowest, highest), mean = _extremes(line), _mean(line)
         mean_depth = mean - lowest if turned else highest - mean
         if control != PENETRATION:
-            level, sign = (lowest, -1.0) if turned else (highest, 1.0)
-            turn(line, level, sign, ends.sub_cell, depth, pieces)
+            for i in range(n):
+                depth[i] = line[i] - lowest if turned else highest - line[i]
             if ordered:
                 _roots(depth, orders[index], turned, forces, ends, d)
             else:
+                for i in range(len(pieces)):
+                    piece = depth[i * _PIECE : (i + 1) * _PIECE]
+                    pieces[i, _LOWEST], pieces[i, _HIGHEST] = _extremes(piece)
+                    pieces[i, _SUM] = _sum(piece)
                 _first_guess(depth, pieces, forces, mean_depth, ends, d)
                 enough = _FINISHED if turned else promising
                 steps[index] = _refine(depth, pieces, forces, mean_depth, ends, enough, d)
             _settle(d, highest - lowest, turned)
         if control != FORCE:
-            turn(line, highest, 1.0, ends.sub_cell, depth, pieces)
+            for i in range(n):
+                depth[i] = highest - line[i]
         start = 0
         while ends.periodic and line[start] != lowest:
             start += 1
-        walk(depth, pieces, start, d, ends, contact)
+        walk(depth, start, d, ends, contact)
         if control == FORCE:
             # the largest further relative step of Newton's method, by the force of the walk
             largest = 0.0
@@ -101,7 +108,7 @@ def press_lines(
             if not steps[index] <= _AGREED:
                 steps[index] = _refine(depth, pieces, forces, mean_depth, ends, _FINISHED, d)
                 _settle(d, 0.0, turned)
-                walk(depth, pieces, start, d, ends, contact)
+                walk(depth, start, d, ends, contact)
         for j in range(k):  # mean gaps in reverse order
             to = k - 1 - j if turned else j
             force, length = contact[j, line_walk.FORCE], contact[j, line_walk.LENGTH]
@@ -133,21 +140,42 @@ def _settle(d, range_of_heights, turned):
 
 
 @njit(cache=True)
+def _extremes(points):
+    """Return minimum and maximum; four of each become vectors on every processor."""
+    low_0 = low_1 = low_2 = low_3 = points[0]
+    high_0 = high_1 = high_2 = high_3 = points[0]
+    for i in range(0, points.size - 3, 4):
+        w, x, y, z = points[i], points[i + 1], points[i + 2], points[i + 3]
+        low_0, high_0 = (w if w < low_0 else low_0), (w if w > high_0 else high_0)
+        low_1, high_1 = (x if x < low_1 else low_1), (x if x > high_1 else high_1)
+        low_2, high_2 = (y if y < low_2 else low_2), (y if y > high_2 else high_2)
+        low_3, high_3 = (z if z < low_3 else low_3), (z if z > high_3 else high_3)
+    for y in points[points.size // 4 * 4 :]:
+        low_0, high_0 = min(low_0, y), max(high_0, y)
+    return min(low_0, low_1, low_2, low_3), max(high_0, high_1, high_2, high_3)
+
+
+@njit(cache=True)
+def _sum(points):
+    """Return the sum by four partial ones, in the same order on every processor."""
+    quads = points.size // 4 * 4
+    sum_0 = sum_1 = sum_2 = sum_3 = 0.0
+    for i in range(0, quads, 4):
+        sum_0 += points[i]
+        sum_1 += points[i + 1]
+        sum_2 += points[i + 2]
+        sum_3 += points[i + 3]
+    for y in points[quads:]:
+        sum_0 += y
+    return (sum_0 + sum_1) + (sum_2 + sum_3)
+
+
+@njit(cache=True)
 def _mean(line):
     """Return the mean, summed in blocks to limit rounding."""
     total = 0.0
     for begin in range(0, line.size, 512):
-        block = line[begin : begin + 512]
-        quads = block.size // 4 * 4
-        sums_0 = sums_1 = sums_2 = sums_3 = 0.0
-        for i in range(0, quads, 4):
-            sums_0 += block[i]
-            sums_1 += block[i + 1]
-            sums_2 += block[i + 2]
-            sums_3 += block[i + 3]
-        for h in block[quads:]:
-            sums_0 += h
-        total += (sums_0 + sums_1) + (sums_2 + sums_3)
+        total += _sum(line[begin : begin + 512])
     return total / line.size
 
 
@@ -304,7 +332,8 @@ def _add_up(depth, pieces, levels, ends, out):
     """Compute force, contact length and its rate of growth at every level, in the first k rows.
 
     Contacts need not be distinguished: every cell, or whole spring, is added to the shallowest
-    level fully in contact, in the last columns of `out` (k + 1, 5), and to all that cut it.
+    level fully in contact, in the last columns of `out` (k + 1, 5), and to all that cut it. Pieces
+    (m, 3) have the lowest and highest depth, and the sum, of the first m.
     """
     n, k = depth.size, levels.size
     out[: k + 1] = 0.0
@@ -320,14 +349,15 @@ def _add_up(depth, pieces, levels, ends, out):
     lower = levels[level - 1] if level > 0 else -np.inf
     upper = levels[level] if level < k else np.inf
     count = total = 0.0
-    for begin in range(0, n, PIECE):
-        piece, end = begin // PIECE, min(begin + PIECE, n)
+    for begin in range(0, n, _PIECE):
+        piece, end = begin // _PIECE, min(begin + _PIECE, n)
+        # the first one is walked: the point before it may be none
         whole = 0 < piece < len(pieces)
-        if whole and pieces[piece, LOWEST] >= lower and pieces[piece, HIGHEST] < upper:
+        if whole and pieces[piece, _LOWEST] >= lower and pieces[piece, _HIGHEST] < upper:
             z = depth[end - 1]
-            change = 0.0 if ends.sub_cell else z - y
-            count += PIECE
-            total += 0.5 * (pieces[piece, TOTAL] + change)
+            count += _PIECE
+            # half a cell is shared with each neighbour
+            total += pieces[piece, _SUM] + (0.5 * (y - z) if ends.sub_cell else 0.0)
             y = z
             continue
         for i in range(max(begin, first), end):

@@ -5,8 +5,7 @@ penetrations d_k: point i is in contact at level k if y_i < d_k. From point to p
 levels without contact changes only where the line crosses a level, and every crossing is an edge of
 a contact. A walk therefore costs one step per point and one per contact edge, and needs no sorting;
 cells fully inside a contact are added once, at the shallowest level that contains them, and summed
-over levels at the end. Sums are never subtracted, so no digits are lost. Pieces of a line that
-cross no level are added whole, from their minima, maxima and sums.
+over levels at the end. Sums are never subtracted, so no digits are lost.
 
 Lengths are in units of the spacing. Free lines end half a cell beyond their outer points.
 """
@@ -23,9 +22,6 @@ FORCE, LENGTH, SQUARES, COUNT, LONGEST, ENERGY = range(6)
 # heights and squares of the whole cells counted at this level.
 _BEGIN, _REACH, _CELLS, _TOTAL, _SQUARE = range(6, 11)
 ROOM = 11
-PIECE = 64  # points
-# Of a piece: extrema of its points, and sums over the cells that end at them (as in `_stretch`).
-LOWEST, HIGHEST, TOTAL, SQUARE = range(4)
 
 
 class Ends(NamedTuple):
@@ -39,63 +35,9 @@ class Ends(NamedTuple):
     periodic: bool
 
 
-@njit(cache=True)
-def extremes(points: np.ndarray) -> tuple[float, float]:
-    """Return minimum and maximum; four of each become vectors on every processor."""
-    low_0 = low_1 = low_2 = low_3 = points[0]
-    high_0 = high_1 = high_2 = high_3 = points[0]
-    for i in range(0, points.size - 3, 4):
-        w, x, y, z = points[i], points[i + 1], points[i + 2], points[i + 3]
-        low_0, high_0 = (w if w < low_0 else low_0), (w if w > high_0 else high_0)
-        low_1, high_1 = (x if x < low_1 else low_1), (x if x > high_1 else high_1)
-        low_2, high_2 = (y if y < low_2 else low_2), (y if y > high_2 else high_2)
-        low_3, high_3 = (z if z < low_3 else low_3), (z if z > high_3 else high_3)
-    for y in points[points.size // 4 * 4 :]:
-        low_0, high_0 = min(low_0, y), max(high_0, y)
-    return min(low_0, low_1, low_2, low_3), max(high_0, high_1, high_2, high_3)
-
-
-@njit(cache=True)
-def turn(
-    line: np.ndarray,
-    level: float,
-    sign: float,
-    sub_cell: bool,
-    depth: np.ndarray,
-    pieces: np.ndarray,
-) -> None:
-    """Fill the depths of a line below a level, heights above it with sign -1, and measure pieces.
-
-    The whole pieces at its beginning are measured, as many as there are rows of `pieces` (m, 4).
-    """
-    cross = 1.0 if sub_cell else 0.0
-    for i in range(len(line)):
-        depth[i] = sign * (level - line[i])
-    last = depth[-1]  # the point before the first one of a periodic line
-    for piece in range(len(pieces)):
-        part = depth[piece * PIECE : (piece + 1) * PIECE]
-        total_0 = total_1 = total_2 = total_3 = 0.0
-        square_0 = square_1 = square_2 = square_3 = 0.0
-        for i in range(0, PIECE, 4):
-            v, w, x, y, z = last, part[i], part[i + 1], part[i + 2], part[i + 3]
-            total_0 += v + w
-            total_1 += w + x
-            total_2 += x + y
-            total_3 += y + z
-            square_0 += v * (v + cross * w) + w * w
-            square_1 += w * (w + cross * x) + x * x
-            square_2 += x * (x + cross * y) + y * y
-            square_3 += y * (y + cross * z) + z * z
-            last = z
-        pieces[piece, LOWEST], pieces[piece, HIGHEST] = extremes(part)
-        pieces[piece, TOTAL] = (total_0 + total_1) + (total_2 + total_3)
-        pieces[piece, SQUARE] = (square_0 + square_1) + (square_2 + square_3)
-
-
 @njit(cache=True, error_model="numpy")
 def walk(
     depth: np.ndarray,
-    pieces: np.ndarray,
     start: int,
     levels: np.ndarray,
     ends: Ends,
@@ -107,8 +49,6 @@ def walk(
     ----------
     depth : ndarray, shape (n,)
         Depths below the highest peak, >= 0.
-    pieces : ndarray, shape (m, 4)
-        What `turn` measured.
     start : int
         Index of the deepest point of a periodic line (in contact only at full contact);
         0 for a free line.
@@ -127,9 +67,9 @@ def walk(
     if not periodic:
         for j in range(level, k):
             out[j, _REACH] = _end_half_cell(out, j, levels[j] - y)
-    level = _stretch(depth, pieces, start + 1, n, start, level, levels, sub_cell, out)
+    level = _stretch(depth, start + 1, n, start, level, levels, sub_cell, out)
     if periodic:
-        level = _stretch(depth, pieces, 0, start + 1, start - n, level, levels, sub_cell, out)
+        level = _stretch(depth, 0, start + 1, start - n, level, levels, sub_cell, out)
     for j in range(level, k):
         if periodic:
             _close(out, j, float(n))
@@ -149,7 +89,7 @@ def walk(
 
 
 @njit(cache=True, error_model="numpy")
-def _stretch(depth, pieces, first, stop, origin, level, levels, sub_cell, out):
+def _stretch(depth, first, stop, origin, level, levels, sub_cell, out):
     """Walk from the point before the first over the points first ... stop - 1.
 
     `origin` is the index at the start of the walk, `level` the number of levels without contact at
@@ -160,52 +100,38 @@ def _stretch(depth, pieces, first, stop, origin, level, levels, sub_cell, out):
     lower = levels[level - 1] if level > 0 else -np.inf
     upper = levels[level] if level < k else np.inf
     count = total = square = 0.0  # sums of the whole cells since the last crossing
-    begin = first
-    while begin < stop:
-        piece, within = divmod(begin, PIECE)
-        end = min(begin + PIECE - within, stop)
-        whole = piece < len(pieces) and end - begin == PIECE
-        if whole and pieces[piece, LOWEST] >= lower and pieces[piece, HIGHEST] < upper:
-            count += PIECE
-            total += pieces[piece, TOTAL]
-            square += pieces[piece, SQUARE]
-            y, begin = depth[end - 1], end
-            continue
-        for i in range(begin, end):
-            z = depth[i]
-            if z < lower or z >= upper:
-                opens = z < lower
-                if opens:
-                    count += 1.0
-                    total += y + z
-                    square += y * (y + cross * z) + z * z
-                out[level, _CELLS] += count
-                out[level, _TOTAL] += total
-                out[level, _SQUARE] += square
-                count = total = square = 0.0
-                if opens:
-                    while level > 0 and levels[level - 1] > z:
-                        level -= 1
-                        out[level, _BEGIN] = i - origin
-                        out[level, _REACH] = _edge_cell(
-                            out, level, levels[level] - z, y - z, sub_cell
-                        )
-                else:
-                    while level < k and levels[level] <= z:
-                        part = _edge_cell(out, level, levels[level] - y, z - y, sub_cell)
-                        inner = i - 1 - origin - out[level, _BEGIN]
-                        _close(out, level, inner + out[level, _REACH] + part)
-                        level += 1
-                lower = levels[level - 1] if level > 0 else -np.inf
-                upper = levels[level] if level < k else np.inf
-                if opens:
-                    y = z
-                    continue
-            count += 1.0
-            total += y + z
-            square += y * (y + cross * z) + z * z
-            y = z
-        begin = end
+    for i in range(first, stop):
+        z = depth[i]
+        if z < lower or z >= upper:
+            opens = z < lower
+            if opens:
+                count += 1.0
+                total += y + z
+                square += y * (y + cross * z) + z * z
+            out[level, _CELLS] += count
+            out[level, _TOTAL] += total
+            out[level, _SQUARE] += square
+            count = total = square = 0.0
+            if opens:
+                while level > 0 and levels[level - 1] > z:
+                    level -= 1
+                    out[level, _BEGIN] = i - origin
+                    out[level, _REACH] = _edge_cell(out, level, levels[level] - z, y - z, sub_cell)
+            else:
+                while level < k and levels[level] <= z:
+                    part = _edge_cell(out, level, levels[level] - y, z - y, sub_cell)
+                    inner = i - 1 - origin - out[level, _BEGIN]
+                    _close(out, level, inner + out[level, _REACH] + part)
+                    level += 1
+            lower = levels[level - 1] if level > 0 else -np.inf
+            upper = levels[level] if level < k else np.inf
+            if opens:
+                y = z
+                continue
+        count += 1.0
+        total += y + z
+        square += y * (y + cross * z) + z * z
+        y = z
     out[level, _CELLS] += count
     out[level, _TOTAL] += total
     out[level, _SQUARE] += square
