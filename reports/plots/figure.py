@@ -203,7 +203,7 @@ def outer(centres: np.ndarray) -> tuple[float, float]:
 def coarsened(
     x: np.ndarray, y: np.ndarray, values: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Reduce a map to at most 96 pixels per side, each with the largest value, of any sign."""
+    """Reduce a map to `MOST_PIXELS` a side at most, each with the largest value, of any sign."""
     step = int(np.ceil(max(values.shape) / MOST_PIXELS))
     if step == 1:
         return x, y, values

@@ -13,6 +13,7 @@ from comparisons.facts.quantities import NORMAL
 from comparisons.results.record import MEAN, SceneRecord
 from reports.plots.axes import log_axis, padded, value_axis, wants_log
 from reports.plots.figure import (
+    MOST_PIXELS,
     Axis,
     Band,
     Figure,
@@ -164,11 +165,13 @@ def failure_view(scene: SceneRecord) -> list[Figure]:
     )
     areas = rows["contact_area"]
     touching = float(areas[-1]) / nominal if len(areas) else float("nan")
+    coarse = max(item.shape) > MOST_PIXELS
+    marks = " Marks are blocks of cells, larger than the contacts in them." if coarse else ""
     surface = map_figure(
         "failure-surface",
         "Contact of the surface",
         f"Heights, grey, and contacts, orange: {fmt.relative(touching)} of this surface at the "
-        f"last load. {look(item.method, scene).label}, N = {item.resolution}.",
+        f"last load. {look(item.method, scene).label}, N = {item.resolution}.{marks}",
         frames,
         "contact_area",
     )

@@ -16,7 +16,7 @@ from comparisons.judging.verdicts import WITHIN
 from comparisons.questions.claims.nearest import in_words, nearest_to
 from comparisons.results.advice import truth_known_to
 from comparisons.results.finding import answers
-from comparisons.results.record import SceneRecord
+from comparisons.results.record import SceneRecord, once
 from comparisons.results.rows import Rows
 from comparisons.scene.fields import WithUnit
 from comparisons.scene.loading import LoadRange
@@ -41,11 +41,14 @@ READABLE = {
 }
 
 
+TRUE_VALUES, VON_MISES, YIELD = "true values by", "von Mises' stress", "yield stress Y"
+SAID = (TRUE_VALUES, VON_MISES, YIELD)  # also below the verdicts of one scene in a terminal
 HARDNESS = 3.0  # over the yield stress
 # Yield stress over E* of the strongest metals: 2 GPa of a bearing steel with E* = 230 GPa.
 STRONGEST = 0.01
 
 
+@once
 def card(scene: SceneRecord) -> list[tuple[str, str]]:
     """Return the lines of a scene's card, each a heading and a text.
 
@@ -62,10 +65,12 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
     nominal = surface.area if surface else indenter.face_area if indenter else None
     lines = list(_bodies(body))
     if (truth := scene.reference.method) and truth != CLOSED_FORM:
-        said = f"{scene.title_of(truth)}, N = {scene.reference.resolution}; ± is of its grid alone"
+        said = f"{scene.title_of(truth)}, N = {scene.reference.resolution}"
+        if sources := _sources(scene):
+            said += f"; ± of {fmt.listed(sources)} alone"
         if surface and surface.skewness is not None:
-            said += f"; of the map's preparation: roughline run {scene.name}.toml --sensitivity"
-        lines.append(("true values by", said))
+            said += "; how the map was prepared may move them more (--sensitivity)"
+        lines.append((TRUE_VALUES, said))
     lines += _loads(scene, nominal)
     rows = _reference_curve(scene)
     steps = rows["step"]
@@ -78,7 +83,7 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
         stress = fmt.with_unit(most["von_mises_max"], "Pa")
         depth = fmt.with_unit(most["von_mises_depth"], "m")
         text = f"{stress}, {depth} below the surface: elastic only if the yield stress is higher"
-        lines.append(("von Mises' stress", text))
+        lines.append((VON_MISES, text))
     pressed = rows["contact_area"] > 0
     if body.rough and not body.physics and pressed.any():
         # The mean pressure of contacts is at most the hardness, 3 Y (Tabor 1951).
@@ -86,8 +91,10 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
         text = f"elastic only if Y is above F/(3 A) = {fmt.with_unit(least, 'Pa')}"
         if least > STRONGEST * body.effective_modulus:
             share = fmt.number(body.effective_modulus / least, 2)
-            text += f" = E*/{share}: they yield, hardened steel has E*/{1 / STRONGEST:.0f}"
-        lines.append(("yield stress Y", text))
+            text += (
+                f" = E*/{share}: they yield, as even hardened steel has Y = E*/{1 / STRONGEST:.0f}"
+            )
+        lines.append((YIELD, text))
     if roughness := scene.plan.roughness:
         height, slope = fmt.with_unit(roughness.rms_height, "m"), roughness.rms_slope
         lines.append(("roughness", f"rms height {height}, rms slope h' {fmt.number(slope)}"))
@@ -201,10 +208,23 @@ def true_value(scene: SceneRecord, name: str, step: int | None = None) -> str:
     values = rows[name] if step is None else rows[name][rows["step"] == step]
     if not np.isfinite(values).any():
         return ""
-    given = scene.reference.exact or name == scene.control
-    bar = np.nan if given else truth_known_to(scene, (name,))
-    known = f" ± {fmt.relative(bar)}" if np.isfinite(bar) and bar > 0 else ""
-    return _range(values, quantity(name).unit) + known
+    text = _range(values, quantity(name).unit)
+    if scene.reference.exact or name == scene.control:
+        return text
+    bar = truth_known_to(scene, (name,))
+    return f"{text} ± {fmt.relative(bar) if np.isfinite(bar) else '?'}"
+
+
+def _sources(scene: SceneRecord) -> list[str]:
+    """Return the sources that make up more than a tenth of the bar of any true value."""
+    return list(
+        dict.fromkeys(
+            source
+            for parts in scene.reference.sources.values()
+            for source, part in parts.items()
+            if part > 0.1 * max(parts.values())
+        )
+    )
 
 
 def _range(values: np.ndarray, unit: str) -> str:

@@ -16,6 +16,8 @@ from reports.tables import cells
 from reports.tables.card import not_known_here, true_value
 from reports.tables.cells import Cell, Table, table
 
+TRUE = "true value ± rms bar"  # rms over the loads
+
 
 def verdict_table(scenes: Iterable[SceneRecord], method: str, *, reasons: bool = True) -> Table:
     """Return the verdict of a method on every quantity, and the cheapest setting of each scene.
@@ -42,7 +44,7 @@ def verdict_table(scenes: Iterable[SceneRecord], method: str, *, reasons: bool =
             rows.append(
                 (sides[0], label, _error(judgement), judgement.when, true, judged, sides[1])
             )
-    heads = ("scene", "quantity", "largest error", "at", "true value", "verdict", "cheapest")
+    heads = ("scene", "quantity", "largest error", "at", TRUE, "verdict", "cheapest")
     return table(heads, rows, title=_headline(method))
 
 
@@ -123,9 +125,7 @@ def printed_verdicts(scenes: Iterable[SceneRecord]) -> Table:
         "within the tolerance, error bar included, among those that were run, with its measured "
         "time."
     )
-    return replace(
-        verdict_table(scenes, MODEL, reasons=False).without("at", "true value"), title=caption
-    )
+    return replace(verdict_table(scenes, MODEL, reasons=False).without("at", TRUE), title=caption)
 
 
 def _error(verdict: Verdict) -> Cell:

@@ -78,6 +78,7 @@ def print_study(
     from comparisons.results.finding import methods_of
     from comparisons.results.measured import modulus_sentence
     from comparisons.results.record import asked_in_vain
+    from reports.tables.card import SAID, card
     from reports.tables.judged import finding_table, summary_lines, verdict_table
 
     console = _console()
@@ -109,6 +110,10 @@ def print_study(
             console.print(f"{scene.name}: {single}", markup=False, highlight=False)
         if sentence := modulus_sentence(scene):
             console.print(f"{scene.name}: {sentence}", markup=False, highlight=False)
+    if len(record.scenes) == 1:
+        for heading, text in card(record.scenes[0]):
+            if heading in SAID:
+                console.print(f"{heading}: {text}", markup=False, highlight=False)
     for line in asked_in_vain(record.scenes):
         console.print(line, style="bold", markup=False)
     # the blocks of an ensemble are solves of their own, with one reason
