@@ -84,22 +84,19 @@ class BodyGeometry(IndenterGeometry):
 def with_body(scene: Scene, contact: IndenterGeometry) -> BodyGeometry:
     """Read and check the body of a scene, under the indenter on a half-space of its constants."""
     assert scene.body is not None
-    table = scene.body
     try:
-        read = read_body(Path(scene.directory) / table.file)
+        return _checked(scene.body, read_body(Path(scene.directory) / scene.body.file), contact)
     except FileError as error:
         raise SceneError(scene.name, [f"body.{problem}" for problem in error.problems]) from error
+
+
+def _checked(table: Body, read: BodyFile, contact: IndenterGeometry) -> BodyGeometry:
+    """Return the body in the frame of the contact; FileError where it or its table is wrong."""
     # as rows the two transverse axes (in alphabetical order) and the indenter's direction
     along = AXES.index(table.direction[1])
     rows = [np.eye(3)[k] for k in range(3) if k != along]
     axes = np.array([*rows, (1.0 if table.direction[0] == "+" else -1.0) * np.eye(3)[along]])
-    problems: list[str] = []
-
-    def check() -> None:
-        if problems:
-            raise SceneError(scene.name, [f"body.{problem}" for problem in problems])
-
-    inverted, pieces = read.mesh.inverted(), read.mesh.parts()
+    problems, inverted, pieces = [], read.mesh.inverted(), read.mesh.parts()
     if len(inverted):
         some = ", ".join(str(cell) for cell in inverted[:SHOWN_CELLS])
         more = ", ..." if len(inverted) > SHOWN_CELLS else ""
@@ -114,7 +111,8 @@ def with_body(scene: Scene, contact: IndenterGeometry) -> BodyGeometry:
     for name in table.supports:
         if name not in read.parts:
             problems.append(f"supports.{name}: {_unknown(name, read)}")
-    check()
+    if problems:
+        raise FileError(*problems)
     mesh = read.mesh.transformed(np.zeros(3), table.unit * axes)
     # where the axis of the indenter meets the top of the surface, in rotated coordinates
     points = mesh.points[mesh.nodes_of(surface)]
@@ -138,7 +136,8 @@ def with_body(scene: Scene, contact: IndenterGeometry) -> BodyGeometry:
     supports = []
     for name, constraint in table.supports.items():
         supports.append(_support(mesh, read.parts[name], constraint, axes, name, problems))
-    check()
+    if problems:
+        raise FileError(*problems)
     geometry = BodyGeometry(
         **{field.name: getattr(contact, field.name) for field in fields(contact)},
         solid=mesh,
@@ -163,7 +162,8 @@ def with_body(scene: Scene, contact: IndenterGeometry) -> BodyGeometry:
             "supports: expected supports away from the contact surface, got nodes of it that "
             "are held along the indenter's direction"
         )
-    check()
+    if problems:
+        raise FileError(*problems)
     return geometry
 
 

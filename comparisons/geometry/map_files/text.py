@@ -5,7 +5,6 @@ The delimiter and the decimal sign of a text are found from its first lines (`la
 
 from __future__ import annotations
 
-import contextlib
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -286,9 +285,13 @@ def layout_of(path: Path) -> NumberLayout:
     else:
         delimiter, decimal_comma = ",", False
     layout = NumberLayout(encoding, data[0] if data else "", 0, delimiter, decimal_comma)
-    # the header goes to the first line with fields that are all numbers
-    for header, line in enumerate(sample):
-        with contextlib.suppress(ValueError):
-            if [float(field) for field in layout.fields(line)]:
-                return NumberLayout(encoding, layout.first, header, delimiter, decimal_comma)
-    return layout
+    header = next((i for i, line in enumerate(sample) if _all_numbers(layout.fields(line))), 0)
+    return NumberLayout(encoding, layout.first, header, delimiter, decimal_comma)
+
+
+def _all_numbers(fields: list[str]) -> bool:
+    """Return whether a line has at least one field and all fields are numbers."""
+    try:
+        return bool([float(field) for field in fields])
+    except ValueError:
+        return False

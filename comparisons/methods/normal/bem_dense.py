@@ -11,10 +11,10 @@ from comparisons.methods.normal.grid import (
     GridSolver,
     cells,
     contact_cells,
-    face_grid,
     make_grid,
     rough_resolutions,
 )
+from comparisons.methods.normal.grid_punches import punch_grid
 from comparisons.methods.solver import Refused
 from comparisons.scene.scene import Scene
 from comparisons.tasks.task import Task
@@ -69,7 +69,7 @@ class BemDense(GridSolver[FreeOperator]):
         if isinstance(geometry, IndenterGeometry) and geometry.indenter.face_area is not None:
             modulus = task.scene.effective_modulus
             area = geometry.indenter.face_area
-            _, fractions, _ = face_grid(geometry, area, task.resolution, modulus)
+            _, fractions, _ = punch_grid(geometry, area, task.resolution, modulus)
             entries = np.count_nonzero(fractions) ** 2
             return float(_BYTES_OF_ENTRY * entries + _BYTES_OF_CELL * fractions.size)
         rough = isinstance(geometry, RoughGeometry)

@@ -62,18 +62,10 @@ class SpreadingTheory(RoughTheory):
     def solve(self, task: Task[RoughGeometry]) -> Solution:
         """Evaluate the theory at every load."""
         theory = self.theory(*ring_powers(task.geometry))
-        pressures = self.pressures(task)
         if task.loads.control == "mean_gap":
-            # the nominal pressure at each mean gap
-            rms = float(np.sqrt(np.sum(theory.power)))
-            slope = float(np.sqrt(np.sum(theory.wavenumber**2 * theory.power)))
-
-            def excess(logarithm: float, gap: float) -> float:
-                return np.log(theory.mean_gap(float(np.exp(logarithm))) / gap)
-
-            for k, gap in enumerate(task.loads.values.tolist()):
-                ends = np.log(slope) - 40.0 - 3 * gap / rms, np.log(slope) + 3.0
-                pressures[k] = np.exp(brentq(excess, *ends, args=(gap,), xtol=1e-12))
+            pressures = np.array([_pressure_at(theory, float(gap)) for gap in task.loads.values])
+        else:
+            pressures = self.pressures(task)
         solution = self.solution(
             task,
             {
@@ -110,6 +102,15 @@ class Xu(SpreadingTheory):
     name = "persson_xu"
     note = "Xu, Zhou, Müser et al. 2024, gamma = 0.42"
     theory = XuTheory
+
+
+def _pressure_at(theory: PerssonTheory | XuTheory, gap: float) -> float:
+    """Return the nominal pressure at a mean gap."""
+    rms = float(np.sqrt(np.sum(theory.power)))
+    slope = float(np.sqrt(np.sum(theory.wavenumber**2 * theory.power)))
+    ends = np.log(slope) - 40.0 - 3 * gap / rms, np.log(slope) + 3.0
+    pressure = brentq(lambda p: np.log(theory.mean_gap(float(np.exp(p))) / gap), *ends, xtol=1e-12)
+    return float(np.exp(pressure))
 
 
 class AsperityTheory(RoughTheory):

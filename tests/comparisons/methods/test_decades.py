@@ -6,12 +6,14 @@ import warnings
 import numpy as np
 import pytest
 
+from comparisons.methods import runner
 from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.methods.registry import SOLVERS
 from comparisons.scene.scene import SceneError
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
+from reference.errors import ConvergenceError
 
 
 @pytest.fixture
@@ -75,6 +77,18 @@ def test_a_method_that_raises_at_deep_loads_keeps_the_others(solve, monkeypatch)
     _, solution = solve("reduced", 10, {"penetration": [1e-6, 2e-6, 3e-6, 4e-6, 5e-6, 6e-6]})
     assert solution.converged.tolist() == [[True] * 5 + [False]]
     assert "too deep for me" in solution.reasons[0, 5]
+
+
+def test_a_derived_quantity_that_raises_is_named_with_its_function(solve, monkeypatch):
+    """Solves say themselves why they have no answer; what is derived from one has no such words."""
+
+    def derived(*_, **__):
+        raise ConvergenceError("not reached")
+
+    monkeypatch.setattr(runner, "derived", derived)
+    _, solution = solve("reduced", 20, {"penetration": [1e-6]})
+    (reason,) = solution.reasons.values()
+    assert "ConvergenceError: not reached (in derived)" in reason
 
 
 def test_a_method_that_always_raises_is_not_asked_for_every_load(solve, monkeypatch):
