@@ -31,6 +31,26 @@ def test_nothing_heavy_is_imported_for_a_list(python, what):
     assert not HEAVY & set(done.stderr.split())
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("what", "without"),
+    [
+        ("reports.pages.study", {"skfem", "comparisons.methods.registry"}),
+        ("reports.pages.hard_cases", {"skfem", "comparisons.methods.registry"}),
+        ("comparisons.questions.hard_cases.case", HEAVY),
+        ("comparisons.solving.plan_record", HEAVY),
+        ("reference.rolling.roll", {"skfem", "reference.fem"}),
+    ],
+)
+def test_nothing_is_imported_for_what_is_only_read_or_does_not_use_it(python, what, without):
+    """A page is written from records, without solvers; rolling on a half-space needs no mesh."""
+    done = python("-c", f"import sys, {what}; print(*sys.modules)")
+    assert done.returncode == 0, done.stderr
+    loaded = set(done.stdout.split())
+    assert what in loaded
+    assert not without & loaded
+
+
 def test_every_method_has_a_row_of_facts_solvers_and_options():
     """The facts stand apart from the solvers, so that listing them imports none."""
     plain = {name for name in BUILT_IN if any(not maker.physics for maker in SOLVERS[name])}

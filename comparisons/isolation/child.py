@@ -112,6 +112,19 @@ def _write(path: Path, answer: Any) -> None:
     partial.replace(path)
 
 
+def versions(packages: list[str]) -> dict[str, str]:
+    """Return the version of each package of this interpreter, "" where it is not installed."""
+    from importlib import metadata
+
+    found = {}
+    for name in packages:
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            found[name] = ""
+    return found
+
+
 def address_space(memory: float) -> int:
     """Return the limit of address space in bytes for a limit of memory."""
     return int(4 * memory + _LIBRARIES)

@@ -20,7 +20,8 @@ from comparisons.facts.quantities import FIELDS
 from comparisons.formatting import relative
 from comparisons.judging.levels import Levels, allocate, variances, within_budget
 from comparisons.judging.truth import choose_truth
-from comparisons.solving.plan import Effort, MethodPlan, Plan, surface_cost
+from comparisons.solving.plan import Effort, Plan, surface_cost
+from comparisons.solving.plan_record import MethodPlan
 from comparisons.solving.planning import refusal
 from comparisons.tasks.solution import Solved
 

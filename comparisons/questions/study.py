@@ -31,7 +31,8 @@ from comparisons.results.store import (
 from comparisons.solving.execution import compile_apart, execute
 from comparisons.solving.inquiries import Inquiry, solve_job
 from comparisons.solving.jobs import Done, Job
-from comparisons.solving.plan import Effort, Plan, PlanRecord
+from comparisons.solving.plan import Effort, Plan
+from comparisons.solving.plan_record import PlanRecord
 from comparisons.tasks.shown_loads import SHOWN_ONLY, shown
 from comparisons.tasks.solution import PREFIX, REALISATIONS, Solution, Solved, save_solution
 from comparisons.tasks.task import Task

@@ -40,10 +40,7 @@ from comparisons.scene.surface import TRENDS, MeasuredMap, SelfAffine, trend_of,
 from comparisons.solving.plan import (
     QUICK_REALISATIONS,
     Effort,
-    Measured,
-    MethodPlan,
     Plan,
-    PlanRecord,
     notes_of,
     omissions,
     pilots,
@@ -51,6 +48,7 @@ from comparisons.solving.plan import (
     switched_on,
     task_of,
 )
+from comparisons.solving.plan_record import Measured, MethodPlan, PlanRecord
 from comparisons.tasks.shown_loads import MOST_POINTS
 from comparisons.tasks.task import Task
 

@@ -7,7 +7,7 @@ from collections import Counter
 import numpy as np
 
 from comparisons import formatting as fmt
-from comparisons.questions.hard_cases.run import HardCasesRecord, OutcomeRecord
+from comparisons.questions.hard_cases.case import HardCasesRecord, OutcomeRecord
 from reports.pages.page import render
 from reports.plots.axes import FOOT_NOTE, error_axis, failed, log_axis, parted, with_foot
 from reports.plots.figure import Figure, Level, Series

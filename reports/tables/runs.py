@@ -10,7 +10,7 @@ from comparisons.facts.quantities import quantity
 from comparisons.judging.levels import ensemble_text
 from comparisons.results.record import SceneRecord
 from comparisons.results.run_comparison import Change
-from comparisons.solving.plan import MethodPlan
+from comparisons.solving.plan_record import MethodPlan
 from reports.plots.style import look
 from reports.tables import cells
 from reports.tables.cells import Cell, Table, table

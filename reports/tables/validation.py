@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from comparisons import formatting as fmt
 from comparisons.judging.uncertainty import SHARES, Shares
-from comparisons.questions.benchmarks.yardstick import Measurement
 from comparisons.questions.calibration_cases import (
     ROUGH,
     SINGLE,
@@ -17,13 +17,16 @@ from comparisons.questions.calibration_cases import (
     scaled,
     summary,
 )
-from comparisons.questions.check import Finding
 from comparisons.questions.claims.record import ClaimRecord, ClaimsRecord, PointRecord
-from comparisons.questions.hard_cases.run import HardCasesRecord, OutcomeRecord
+from comparisons.questions.hard_cases.case import HardCasesRecord, OutcomeRecord
 from reports.plots.claims import detail
 from reports.plots.style import look
 from reports.tables import cells
 from reports.tables.cells import Cell, Head, Table, table
+
+if TYPE_CHECKING:
+    from comparisons.questions.benchmarks.yardstick import Measurement
+    from comparisons.questions.check import Finding  # a page of results needs no solver
 
 NAN = float("nan")
 MET = {None: "", True: "met", False: "not met"}

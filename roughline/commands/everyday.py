@@ -186,7 +186,7 @@ def _write_page(directory: Path, pictures: bool, static: bool = False) -> list[P
     from comparisons.errors import InputError
     from comparisons.files import write_text
     from comparisons.questions.claims.record import RECORD, load_claims_record
-    from comparisons.questions.hard_cases import run as hard
+    from comparisons.questions.hard_cases import case as hard
     from comparisons.results.store import STUDY, load_study
     from reports.pages.claims import claims_page
     from reports.pages.hard_cases import hard_cases_page

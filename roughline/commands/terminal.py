@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from comparisons.questions.benchmarks.yardstick import Measurement
     from comparisons.questions.check import Finding
     from comparisons.questions.claims.record import ClaimsRecord
-    from comparisons.questions.hard_cases.run import HardCasesRecord
+    from comparisons.questions.hard_cases.case import HardCasesRecord
     from comparisons.questions.single import SingleResult
     from comparisons.results.advice import Advice
     from comparisons.results.ensemble_folder import EnsembleResult

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comparisons.geometry.prepare import IndenterGeometry
-from comparisons.isolation import parent
+from comparisons.isolation import child, parent
 from comparisons.machine import MEMORY_SHARE, free_memory
 from comparisons.methods.plasticity.indentation import ONLY_INDENTERS, radius_of
 from comparisons.methods.solver import Refused, Solver, needed
@@ -156,7 +156,7 @@ _ANSWERS: dict[tuple[str, tuple[str, ...]], dict[str, str]] = {}
 def versions_in(python: str, packages: tuple[str, ...]) -> dict[str, str] | str:
     """Return the versions of packages in an interpreter ("" where absent), or why not."""
     if (python, packages) not in _ANSWERS:
-        work, memory = f"{SCRIPTS / 'installed.py'}:versions", MEMORY_SHARE * free_memory()
+        work, memory = f"{child.__file__}:versions", MEMORY_SHARE * free_memory()
         outcome = parent.run(
             work, list(packages), seconds=ANSWER_SECONDS, memory=memory, python=python
         )

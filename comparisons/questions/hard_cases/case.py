@@ -1,6 +1,7 @@
-"""A hard case: a scene, its reference, and the expected outcome of every method.
+"""A hard case: a scene, its reference, and the outcome of every method, expected and found.
 
-References may be formulas of the planned scene, exact up to round-off.
+References may be formulas of the planned scene, exact up to round-off. What was found is stored in
+hard-cases.json and hard-cases.csv, which are validated when read.
 """
 
 from __future__ import annotations
@@ -24,12 +25,14 @@ from pydantic import (
 
 from comparisons.facts.methods import BUILT_IN
 from comparisons.facts.quantities import COMPARABLE
+from comparisons.results.folder import Form, Header, read_record
 from comparisons.scene.fields import Length, Positive, SceneTable, fail
 from comparisons.scene.scene import Scene, make_scene, override
 
 if TYPE_CHECKING:
     from comparisons.solving.plan import Plan
 
+RECORD, TABLE = "hard-cases.json", "hard-cases.csv"
 ACCURATE, DEGRADED, REFUSED, NOT_FOR = ("accurate", "degraded", "refused", "not for")
 OUTCOME_KEYS = ("accurate", "degraded", "refused", "not_for")
 # Largest error of an accurate outcome; larger errors count as degraded.
@@ -429,3 +432,78 @@ class Recipe(SceneTable, populate_by_name=True):
         if self.cut is not None:
             heights = np.minimum(heights, self.cut)
         return heights.astype(self.precision)
+
+
+class OutcomeRecord(Form):
+    """Outcome of a method in a case; None for missing numbers.
+
+    Attributes
+    ----------
+    case, title, method : str
+    kind : str
+        "accurate", "degraded", "refused", "not for", or "lost" (a number is missing unexpectedly).
+    error, area_error, bar : float or None
+        Largest relative errors over the load steps (main quantity, contact area) and the bar of the
+        reference for the main quantity.
+    seconds : float or None
+    resolution : int
+        0 without a solve.
+    reason : str
+        Reason for a missing number or lost steps.
+    lost : list of int
+        Load steps without an answer.
+    expected : str
+        The expectation in words; "" if there is none (a user-supplied method).
+    deviation : str
+        Difference of the outcome from the expectation in words; "" if there is none.
+    """
+
+    case: str
+    title: str
+    method: str
+    kind: str
+    error: float | None = None
+    area_error: float | None = None
+    bar: float | None = None
+    seconds: float | None = None
+    resolution: int = 0
+    reason: str = ""
+    lost: list[int] = Field(default=[])
+    expected: str = ""
+    deviation: str = ""
+
+
+class HardCasesRecord(Header):
+    """A complete run of hard cases."""
+
+    hard: dict[str, str]
+    outcomes: list[OutcomeRecord]
+
+    @property
+    def methods(self) -> list[str]:
+        """The methods in order of execution."""
+        return list(dict.fromkeys(outcome.method for outcome in self.outcomes))
+
+    @property
+    def deviations(self) -> list[OutcomeRecord]:
+        """The deviations from the catalogue."""
+        return [outcome for outcome in self.outcomes if outcome.deviation]
+
+    @property
+    def lost(self) -> list[OutcomeRecord]:
+        """Failed solves of user-supplied methods."""
+        return [
+            outcome for outcome in self.outcomes if outcome.kind == "lost" and not outcome.expected
+        ]
+
+
+def load_record(directory: Path) -> HardCasesRecord:
+    """Read the outcomes in a folder.
+
+    Raises
+    ------
+    ResultsError
+        If there are none, or the file is invalid.
+    """
+    missing = f"{directory}: no hard cases were run here"
+    return read_record(HardCasesRecord, directory / RECORD, missing)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from comparisons.questions.claims.record import STORED, load_claims_record
-from comparisons.questions.hard_cases.run import HardCasesRecord, OutcomeRecord
+from comparisons.questions.hard_cases.case import HardCasesRecord, OutcomeRecord
 from comparisons.results.rows import Rows
 from comparisons.results.run_comparison import compare_runs
 from reports.pages.claims import claims_page

@@ -7,8 +7,8 @@ import pytest
 from comparisons.errors import LostWorkError, ResultsError
 from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.methods.registry import SOLVERS
-from comparisons.questions.hard_cases import run as files
-from comparisons.questions.hard_cases.run import HardCasesRecord, OutcomeRecord, load_record
+from comparisons.questions.hard_cases import case as files
+from comparisons.questions.hard_cases.case import HardCasesRecord, OutcomeRecord, load_record
 from comparisons.results.folder import PAGE
 from comparisons.solving.jobs import SerialExecutor
 from reports.pages.hard_cases import hard_cases_page, stability
