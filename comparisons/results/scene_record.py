@@ -112,7 +112,7 @@ def explained(record: SceneRecord) -> tuple[Verdict, ...]:
 
 def _why_unanswered(record: SceneRecord, name: str) -> str:
     if not record.reference.method:
-        return "no reference: no 3-D method finished"
+        return "no reference: no closed form or 3-D method solved it"
     at = record.equal_at(name)
     known = (item for item in record.verdicts if (item.quantity, item.at) == (name, at))
     if any(math.isfinite(item.error) for item in known):

@@ -44,7 +44,7 @@ SYMBOLS = {
 }
 VALIDITY = (
     "Each row is a claim on the reduced model along its own parameter, from the least value that "
-    "was measured, left, to the largest, judged at the tolerance of the claim. Diamonds: where the "
+    "was measured, left, to the largest, judged at the tolerance in its name. Diamonds: where the "
     "scenes of this study stand, at their largest error where loads spread; at an edge: beyond it."
 )
 
@@ -209,13 +209,12 @@ def validity_map(scenes: Sequence[SceneRecord]) -> Figure | None:
 
 
 def _row(answer: Nearest) -> str:
-    """Return quantity, parameter and the ends of a row: "force: d/R = 0.0001 … 1"."""
+    """Return quantity, tolerance and ends of a row: "force, 1 %: d/R = 0.0001 … 1"."""
     parameter = answer.measured.parameter
     least, largest = (fmt.without_padding(fmt.number(end)) for end in answer.measured.ends)
     symbol = fmt.greek(SYMBOLS.get(parameter, parameter))
-    return (
-        f"{quantity(answer.quantity).label}: {symbol} = {least} \N{HORIZONTAL ELLIPSIS} {largest}"
-    )
+    name = f"{quantity(answer.quantity).label}, {fmt.tolerance(answer.measured.tolerance)}"
+    return f"{name}: {symbol} = {least} \N{HORIZONTAL ELLIPSIS} {largest}"
 
 
 def _place(measured: Measured, value: float) -> float:

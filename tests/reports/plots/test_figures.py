@@ -416,7 +416,7 @@ def test_the_map_has_a_row_for_each_claim_and_a_point_for_each_scene(study):
     """A paraboloid has the exponent 2 on the row of the transform, which was measured to 6."""
     ball = replace(study.scenes[0], text=load_scene("paraboloid").text)
     figure = validity_map([ball])
-    assert figure.y.ticks[0][1] == "force: n = 1 \N{HORIZONTAL ELLIPSIS} 6"
+    assert figure.y.ticks[0][1] == "force, 0.01\u202f%: n = 1 \N{HORIZONTAL ELLIPSIS} 6"
     place = (2.0 - 1.0) / (6.0 - 1.0)
     np.testing.assert_allclose(figure.series[-1].x, place, atol=1e-12)
     assert validity_map(()) is None
