@@ -5,13 +5,13 @@ equipSliders();
 equipJudging();
 state.show();
 performance.mark("interactive");
-// The plots' data and library follow this program in the file.
+// The plots' data and library follow this program in the file; a copy cut short lacks them.
 document.addEventListener("DOMContentLoaded", async () => {
-  equipReading();
-  state.show();
   if (!document.querySelector("[data-figure]")) return;
   const complete = holdLoad();
   try {
+    equipReading();
+    state.show();
     await unpackLibrary();
   } catch {
     const text = "The plots need a newer browser (Chrome 92, Firefox 113, Safari 16.4 or later) or a whole copy of this page; tables and verdicts work here.";

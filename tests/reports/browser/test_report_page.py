@@ -49,6 +49,8 @@ def test_a_newcomer_sees_the_summary_and_a_short_page(visit):
     [
         "delete window.DecompressionStream",
         "window.atob = () => 'not compressed'",
+        "document.addEventListener('DOMContentLoaded', () => {"
+        " for (const data of document.querySelectorAll('[id^=data-]')) data.remove(); })",
         "Object.defineProperty(window, 'Plotly', { get: () => undefined, set: () => {} })",
     ],
 )
