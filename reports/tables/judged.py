@@ -42,9 +42,9 @@ def verdict_table(scenes: Iterable[SceneRecord], method: str, *, reasons: bool =
             sides = (scene.name, best) if first else ("", "")
             true = judgement.when and true_value(scene, judgement.quantity, judgement.step)
             rows.append(
-                (sides[0], label, _error(judgement), judgement.when, true, judged, sides[1])
+                (sides[0], label, _error(judgement), judgement.when, judged, true, sides[1])
             )
-    heads = ("scene", "quantity", "largest error", "at", TRUE, "verdict", "cheapest")
+    heads = ("scene", "quantity", "largest error", "at", "verdict", TRUE, "cheapest")
     return table(heads, rows, title=_headline(method))
 
 
