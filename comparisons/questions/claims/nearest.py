@@ -20,7 +20,7 @@ from comparisons.errors import InputError
 from comparisons.facts.methods import MODEL
 from comparisons.facts.quantities import quantity
 from comparisons.judging.verdicts import NOT_RESOLVED, OUTSIDE, WITHIN, WORST_FIRST, judged
-from comparisons.questions.claims.record import STORED, load_claims_record
+from comparisons.questions.claims.record import HOLDS, STORED, load_claims_record
 from comparisons.results.record import SceneRecord
 from comparisons.scene.indenters.punches import EllipticPunch, RightAngledPunch
 from comparisons.scene.loading import AbsoluteLoads, loads_of
@@ -28,6 +28,7 @@ from comparisons.scene.scene import Scene, builtin_names, load_scene, make_scene
 from reference.closed_form import sphere
 from reference.closed_form.adhesive import maugis_parameter
 
+BEYOND = ", beyond all that was measured"
 SAME = 1e-3  # relative distance along a parameter that is none
 Stretch = tuple[float, float]
 Point = tuple[float, float, float]  # value of the parameter, e, u
@@ -38,6 +39,7 @@ class Measured:
     """What a full run measured of a claim: e and u at each value of its parameter.
 
     `fixed` is what stood still meanwhile and a scene may have otherwise: its value, by its symbol.
+    A claim that holds and is `proved` holds beyond what was measured, too.
     """
 
     claim: str
@@ -46,6 +48,7 @@ class Measured:
     tolerance: float
     points: tuple[Point, ...]
     fixed: Mapping[str, float] = field(default_factory=dict)
+    proved: bool = False
 
     @property
     def ends(self) -> Stretch:
@@ -118,6 +121,13 @@ class Nearest:
         """Whether the scene lies outside of what was measured."""
         return self.measured.exceeded_by(self.here)
 
+    @property
+    def far(self) -> str:
+        """That it does, in words; else ""."""
+        if not self.beyond:
+            return ""
+        return ", by theorem beyond what was measured" if self.measured.proved else BEYOND
+
     def stood_still(self, name: str) -> str:
         """Return a fixed value, and the scene's own where it is another: "H = 0.8, here 0.3"."""
         made = f"{name} = {self.measured.fixed[name]:g}"
@@ -133,10 +143,9 @@ class Nearest:
         )
         here = low if low == high else f"{low} to {high}"
         beside = f", here {here}" if here != there else ""
-        far = ", beyond all that was measured" if self.beyond else ""
         fixed = "".join(f", {self.stood_still(name)}" for name in self.measured.fixed)
         claim = self.measured.claim
-        return f"{self.measured.parameter} = {there}{beside}{far}{fixed} (claim {claim})"
+        return f"{self.measured.parameter} = {there}{beside}{self.far}{fixed} (claim {claim})"
 
     @property
     def document(self) -> dict[str, Any]:
@@ -200,13 +209,14 @@ def _decided(record: Measured, stretch: Stretch, tolerance: float) -> tuple[Poin
     word = judged(error, bar, tolerance).word
     # Within is only what the next points on either side are, too: between an exact end, as a ratio
     # of one, and a point that is not, nothing is exact. Beyond all that was measured nothing is
-    # known.
+    # known, but by a theorem.
     first = along[along <= low + slack].max(initial=along.min())
     last = along[along >= high - slack].min(initial=along.max())
     if first > last:
         first = last = along.min() if high < along.min() else along.max()
     beside = (judged(e, u, tolerance).word for (_, e, u), at in placed if first <= at <= last)
-    if word == WITHIN and (record.exceeded_by(stretch) or any(near != WITHIN for near in beside)):
+    unknown = record.exceeded_by(stretch) and not record.proved
+    if word == WITHIN and (unknown or any(near != WITHIN for near in beside)):
         word = NOT_RESOLVED
     return decisive, word
 
@@ -244,8 +254,7 @@ def plainly(answers: list[Nearest], tolerance: float) -> str:
             OUTSIDE: f"no ({error}){where}{also}",
             NOT_RESOLVED: f"not known to {asked}{where}{also}",
         }[answer.word]
-        said += ", beyond all that was measured" if answer.beyond else ""
-        parts.append(f"{quantity(answer.quantity).label}: {said}")
+        parts.append(f"{quantity(answer.quantity).label}: {said}{answer.far}")
     return f"Reduced model, {'; '.join(parts)}." if parts else ""
 
 
@@ -302,6 +311,7 @@ def measured() -> Mapping[str, Measured]:
                 and point.uncertainty is not None
             ),
             FIXED.get(claim.id, {}),
+            claim.verdict == HOLDS and bool(claim.theorem),
         )
         for claim in load_claims_record(STORED).claims
         if claim.id in QUANTITIES

@@ -2,6 +2,7 @@
 
 import json
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from comparisons.questions.claims.claim import load_claims, scene_of
 from comparisons.questions.claims.nearest import (
     FIXED,
     QUANTITIES,
+    _decided,
     claims_on,
     full_slip_of_claims,
     in_words,
@@ -180,10 +182,17 @@ def test_claims_on_a_built_in_scene_are_none_on_another_of_its_name():
     assert claims_on(load_scene("soft-ball-film", {"name": "my-film"})) == {}
 
 
-def test_beyond_all_that_was_measured_nothing_is_within():
+def test_beyond_all_that_was_measured_nothing_is_within_but_by_a_theorem():
     shallow = known("sphere", loading={"penetration": [1e-10, 2e-10]})["force"]
     assert shallow.beyond
-    assert shallow.word != WITHIN
+    assert shallow.word == WITHIN
+    assert plainly([shallow], 0.01).endswith(", by theorem beyond what was measured.")
+    unproved = replace(shallow.measured, proved=False)
+    assert _decided(unproved, shallow.here, 0.01)[1] != WITHIN
+    assert [claim for claim, row in measured().items() if row.proved] == [
+        "transform-power-law",
+        "transform-sphere",
+    ]
 
 
 def test_a_ball_under_a_force_stands_where_hertz_sinks_it():
