@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from importlib import metadata, util
+from typing import Any
 
 import numpy as np
 
@@ -151,31 +152,10 @@ def attempt(
     repeat_seconds: float = REPEAT_SECONDS,
 ) -> PeerResult:
     """Solve once with given tolerances (m, k) of the peer; other arguments as in `press`."""
-    # The problem becomes dimensionless: E* = 1, lengths near 1 by powers of two. They and E* give
-    # the unit of pressure.
-    operator, depths = problem.operator, problem.depths()
-    side = 2.0 ** np.round(np.log2(operator.shape[0] * operator.spacing[0]))
-    height = 2.0 ** np.round(np.log2(depths.max()))
-    unit = operator.effective_modulus * height / side
-    starts = [
-        overlap_pressure(operator, gap, depth[0]) / unit
-        for gap, depth in zip(problem.gaps, depths, strict=True)
-    ]
-    stated = {
-        "gaps": problem.gaps / height,
-        "starts": np.array(starts),
-        "spacing": tuple(step / side for step in operator.spacing),
-        "periodic": operator.periodic,
-        "control": problem.control,
-        "loads": problem.loads / (unit * side**2 if problem.control == "force" else height),
-        "tolerance": tolerance,
-        "depth": depths / height,
-        "repeats": repeats,
-        "repeat_seconds": repeat_seconds,
-    }
+    stated, unit = _dimensionless(problem, tolerance)
     outcome = parent.run(
         f"comparisons.peers.run_{peer}:solve",
-        stated,
+        stated | {"repeats": repeats, "repeat_seconds": repeat_seconds},
         seconds=limits.seconds,
         memory=limits.memory,
     )
@@ -198,6 +178,32 @@ def attempt(
     for name in ("seconds", "processor_seconds", "setup_seconds", "compile_seconds", "memory"):
         setattr(result, name, answer[name])
     return result
+
+
+def _dimensionless(problem: Problem, tolerance: np.ndarray) -> tuple[dict[str, Any], float]:
+    """Return the dimensionless problem (E* = 1, lengths near 1) and its unit of pressure.
+
+    The length scales are powers of two; they and E* give the unit of pressure.
+    """
+    operator, depths = problem.operator, problem.depths()
+    side = 2.0 ** np.round(np.log2(operator.shape[0] * operator.spacing[0]))
+    height = 2.0 ** np.round(np.log2(depths.max()))
+    unit = operator.effective_modulus * height / side
+    starts = [
+        overlap_pressure(operator, gap, depth[0]) / unit
+        for gap, depth in zip(problem.gaps, depths, strict=True)
+    ]
+    load = unit * side**2 if problem.control == "force" else height
+    return {
+        "gaps": problem.gaps / height,
+        "starts": np.array(starts),
+        "spacing": tuple(step / side for step in operator.spacing),
+        "periodic": operator.periodic,
+        "control": problem.control,
+        "loads": problem.loads / load,
+        "tolerance": tolerance,
+        "depth": depths / height,
+    }, unit
 
 
 def _measured(
