@@ -52,10 +52,10 @@ STRONGEST = 0.01
 def card(scene: SceneRecord) -> list[tuple[str, str]]:
     """Return the lines of a scene's card, each a heading and a text.
 
-    Bodies with their moduli; the smallest and the largest load of the reference; where nothing
-    pulls, the mean pressure F/A, and under an indenter without an edge the highest pressure that
-    the reference found, with the largest von Mises stress inside; of rough surfaces the reduced
-    load F/(E* A0 h'), and from which yield stress on they stay elastic.
+    Bodies with their moduli; loads and true values, from the smallest to the largest, with their
+    bars; where nothing pulls, the mean pressure F/A, and under an indenter without an edge the
+    highest pressure that the reference found, with the largest von Mises stress inside; of rough
+    surfaces the reduced load F/(E* A0 h'), and from which yield stress on they stay elastic.
     """
     try:
         body = make_scene(dict(scene.tables), scene.name, Path())
