@@ -202,7 +202,8 @@ def _loads(scene: SceneRecord, nominal: float | None = None) -> list[tuple[str, 
 def true_value(scene: SceneRecord, name: str, step: int | None = None) -> str:
     """Return what the reference found at a load step, or at all, and how well that is known.
 
-    "" where it has not computed the quantity. What is exact or prescribed has no bar.
+    "" where it has not computed the quantity. What is exact, prescribed or not compared, as the
+    area of a flat face, has no bar.
     """
     rows = _reference_curve(scene)
     values = rows[name] if step is None else rows[name][rows["step"] == step]
@@ -212,7 +213,9 @@ def true_value(scene: SceneRecord, name: str, step: int | None = None) -> str:
     if scene.reference.exact or name == scene.control:
         return text
     bar = truth_known_to(scene, (name,))
-    return f"{text} ± {fmt.relative(bar) if np.isfinite(bar) else '?'}"
+    if np.isfinite(bar):
+        return f"{text} ± {fmt.relative(bar)}"
+    return f"{text} ± ?" if name in scene.quantities else text
 
 
 def _sources(scene: SceneRecord) -> list[str]:

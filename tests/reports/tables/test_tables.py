@@ -131,6 +131,16 @@ def test_a_hertzian_contact_tells_its_peak_pressure_and_which_steel_would_yield(
     assert (number, unit) == (pytest.approx(peak / 1e9 / 1.61, rel=5e-3), "GPa")
 
 
+def test_the_area_of_a_flat_face_is_given_and_has_no_bar(of):
+    """The force is found, and known as well as its grids are."""
+    square = BALL.replace('"paraboloid"', '"square_punch"').replace(
+        'radius = "10 mm"', 'side = "2 mm"'
+    )
+    told = of(square + '[compare]\nquantities = ["force"]\n', ("bem_fft",))
+    assert told["contact area"] == "4.00\u202fmm²"
+    assert "±" in told["force"]
+
+
 def test_a_blunt_body_presses_hardest_off_its_axis(of):
     """Of f = c r^4 p ~ (1 + 2 x^2) (1 - x^2)^(1/2), x = r/a, is 2^(1/2) at x^2 = 1/2."""
     blunt = BALL.replace('"paraboloid"', '"power_law"').replace(
