@@ -23,13 +23,13 @@ def near(name: str, known: Iterable[str]) -> str:
 
     >>> near("parabolid", ["paraboloid", "cone"]), near("ball", ["rolling-ball", "cone"])
     ('; did you mean paraboloid?', '; did you mean rolling-ball?')
-    >>> near("diameter", ["radius", "shape"]), near("colour", ["radius"])
+    >>> near("diameter", ["radius", "shape"]), near("nothere", ["sphere", "cone"])
     ('; did you mean radius, half of it?', '')
     """
     names = {entry.lower(): entry for entry in known}
     wanted = name.lower()
     close = [entry for entry in _MEANT.get(wanted, ()) if entry in names]
-    close += difflib.get_close_matches(wanted, names, n=3)
+    close += difflib.get_close_matches(wanted, names, n=3, cutoff=0.7)
     close += [entry for entry in names if len(wanted) > 2 and wanted in entry]
     meant = [names[entry] for entry in dict.fromkeys(close)][:3]
     of_it = ", half of it" if wanted == "diameter" and meant else ""

@@ -442,9 +442,10 @@ def _read(source: str | Path | Mapping[str, Any] | Scene) -> tuple[dict[str, Any
         hint = near(path.stem, builtin_names())
         if is_known(name):
             hint += f"; {name} is a method: `--methods {name}`"
+        problem = "no such file"
         if not path.suffix:
-            hint += "; see `roughline list scenes`"
-        raise SceneError(str(source), [f"no such file or built-in scene{hint}"])
+            problem, hint = "no such file or built-in scene", f"{hint}; see `roughline list scenes`"
+        raise SceneError(str(source), [problem + hint])
     try:
         return read_toml(path), str(source), path.parent.resolve()
     except ValueError as error:

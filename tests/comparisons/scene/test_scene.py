@@ -135,7 +135,7 @@ def test_names_of_scenes_and_methods_are_found_in_capitals_and_suggested():
     assert load_scene("Paraboloid", {"compare.methods": ["FEM"]}).compare.methods == ("fem",)
     with pytest.raises(SceneError, match=r"did you mean paraboloid\?"):
         load_scene("parabolid")
-    with pytest.raises(SceneError, match=r"got 'bem'; did you mean fem or bem_fft"):
+    with pytest.raises(SceneError, match=r"got 'bem'; did you mean bem_"):
         load_scene("paraboloid", {"compare.methods": ["bem"]})
 
 
@@ -339,7 +339,7 @@ def test_files_that_are_no_scene(tmp_path):
     assert "not a readable text file" in refusal(binary)
     assert "expected at most 10000000 bytes" in refusal(huge)
     assert "a folder, not a scene file" in refusal(tmp_path)
-    assert "no such file" in refusal(tmp_path / "missing.toml")
+    assert refusal(tmp_path / "nothere.toml").endswith("  no such file")  # "sphere" is not near
     assert "see `roughline list scenes`" in refusal("no-such-scene")
     deep = tmp_path / "deep.toml"
     deep.write_text("x = " + "[" * 50_000)
