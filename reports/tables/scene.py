@@ -34,8 +34,9 @@ STRESSES = ("pressure_mean", "pressure_peak", "von_mises_max", "von_mises_depth"
 
 
 def values(scene: SceneRecord) -> Table:
-    """Return loads, contact and stresses at every load, of the reference and the judged methods."""
-    methods = dict.fromkeys(filter(None, [scene.reference.method, *scene.judged_methods]))
+    """Return loads, contact and stresses at every load, of the reference, then other methods."""
+    first = filter(None, [scene.reference.method, *scene.judged_methods])
+    methods = dict.fromkeys([*first, *filter(scene.resolutions_solved, scene.methods)])
     rows: list[tuple[str, int, dict[str, float]]] = []
     for method in methods:
         curve = scene.curve(method)
@@ -54,9 +55,9 @@ def values(scene: SceneRecord) -> Table:
         short = f"{symbol} / {scale.unit}" if scale.unit else symbol
         heads.append(Head(quantity(name).title(scale.unit), short=short))
     title = (
-        f"{scene.title or scene.name}: values at every load, of the reference and of what is "
-        "judged, each at its finest resolution; means over surfaces and lines where there are "
-        "several. Stresses are those below the pressure that the method found."
+        f"{scene.title or scene.name}: values at every load, of the reference first, each method "
+        "at its finest resolution; means over surfaces and lines where there are several. "
+        "Stresses are those below the pressure that the method found."
     )
     body = []
     for method, step, known in rows:
