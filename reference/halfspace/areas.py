@@ -53,10 +53,11 @@ _PERIMETER_FACTOR = (np.pi - 1 + np.log(2)) / 24
 
 @dataclass(frozen=True)
 class Patches:
-    """Connected contact patches: their number and areas."""
+    """Connected contact patches: their number, their areas, and which cells are of which."""
 
     count: int
     areas: NDArray[np.float64]
+    labels: NDArray[np.int32]  # from 1 on, in the order of the areas; 0: no contact
 
 
 def _checked(mask: ArrayLike, spacing: tuple[float, float]) -> NDArray[np.bool_]:
@@ -134,7 +135,9 @@ def patches(
         _, component = connected_components(graph, directed=False)
         # label 0 (no contact) has no neighbours and is the first component
         cells, count = np.bincount(component, weights=cells), int(component.max())
-    return Patches(int(count), np.asarray(cells[1:] * float(spacing[0] * spacing[1]), float))
+        labels = component[labels]
+    areas = np.asarray(cells[1:] * float(spacing[0] * spacing[1]), float)
+    return Patches(int(count), areas, labels)
 
 
 @dataclass(frozen=True)

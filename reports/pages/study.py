@@ -186,6 +186,7 @@ def scene_view(scene: SceneRecord, anchor: str) -> SimpleNamespace:
         },
         loads=stored.slider_steps(scene),
         values=None if drawn["curves"] else values(scene),
+        spots=tables.spots(scene),
         settings=tables.settings(scene),
         times=times_to_errors(scene, advice),
         stability=tables.stability(scene),

@@ -185,11 +185,11 @@ def _rough_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
     if not {"heights", "size"} <= fields.keys():
         return None
     heights = np.asarray(fields["heights"], dtype=float)
-    # The contact cells: as stored, or where the stored pressure is positive.
-    contact = fields.get("contact", fields.get("pressure"))
-    if contact is None or np.size(contact) != heights.size or np.ptp(heights) == 0:
+    # Half a cell or more in contact, as stored, or where the stored pressure is positive.
+    contact = fields.get("contact", fields.get("pressure", np.empty(0)) > 0)
+    if np.size(contact) != heights.size or np.ptp(heights) == 0:
         return None
-    touching = np.reshape(contact, heights.shape) > 0
+    touching = np.reshape(contact, heights.shape) >= 0.5
     size = np.ravel(fields["size"]) * np.ones(2)
     exaggeration = _rounded(0.12 * size.max() / np.ptp(heights))
     scale = fmt.prefix_for(heights, "m")

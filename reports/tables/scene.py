@@ -18,12 +18,15 @@ from comparisons.results.rows import Rows
 from comparisons.scene.scene import SceneError, make_scene
 from comparisons.tasks.shown_loads import at_step, stored_steps
 from comparisons.tasks.stresses import FROM_PRESSURE, pressure_quantities
-from reports.plots.stored import stored_fields
+from reference.halfspace.areas import corrected_area, patches
+from reports.plots.figure import outer
+from reports.plots.pressure import leading_map, pressure_fields
+from reports.plots.stored import NO_STEPS, slider_steps, stored_fields
 from reports.plots.style import look
 from reports.tables import cells
 from reports.tables.cells import Cell, Head, Table
 
-MOST_ROWS = 400
+MOST_ROWS, MOST_SPOTS = 400, 10
 OF_MEANS = (
     "Of random surfaces the errors are those of means, and a time is that of all solves that the "
     "mean stands on."
@@ -99,6 +102,71 @@ def stresses(
     names = FROM_PRESSURE & asked if body.indenter else {"pressure_peak"}
     read = pressure_quantities(body, names, fields) if "pressure" in fields else {}
     return {name: known.value for name, known in read.items()}
+
+
+def spots(scene: SceneRecord) -> list[Table]:
+    """Return the largest contact spots of a rough surface at each load of the slider."""
+    fields = [item for item in pressure_fields(scene) if item.rough and item.on_a_grid]
+    if not fields:
+        return []
+    leading = leading_map(scene, fields)
+    loads = slider_steps(scene) if leading.earlier else NO_STEPS
+    shape, first = np.array(leading.shape), np.array([axis[0] for axis in leading.axes])
+    spacing = np.array([np.diff(outer(axis))[0] for axis in leading.axes]) / shape
+    surface = scene.tables.get("surface")
+    periodic = isinstance(surface, dict) and bool(surface.get("periodic"))
+    share = None
+    if shape.max() < leading.resolution:
+        share = scene.load_fields(leading.method, leading.resolution).get("contact")
+    how = (
+        "The field is stored as means over blocks of cells: contacts that share a block count as "
+        "one, and areas are of counted cells."
+        if share is not None
+        else "Areas are of counted cells, less what these add at a rim."
+    )
+    labels, known = loads.labels or ("last load",), []
+    for item in leading.at_loads(loads):
+        pressure = np.zeros(shape) if item is None else item.pressure.reshape(shape)
+        found = patches(pressure > 0, tuple(spacing), periodic)
+        rows = []
+        for number in np.argsort(-found.areas, kind="stable")[:MOST_SPOTS] + 1:
+            inside = found.labels == number
+            area = corrected_area(inside, tuple(spacing), periodic)
+            if share is not None:
+                area = float(np.sum(share, where=inside) * np.prod(spacing))
+            places, p = np.argwhere(inside), pressure[inside]
+            peak = places[np.argmax(p)]
+            away = places - peak
+            if periodic:  # a spot continues across opposite rims
+                away = (away + shape // 2) % shape - shape // 2
+            centre = peak + p @ away / np.sum(p)
+            x, y = first + (centre % shape if periodic else centre) * spacing
+            force = float(np.sum(p) / np.sum(pressure, where=pressure > 0))
+            rows.append((area, force, float(x), float(y), float(np.max(p))))
+        known.append((found.count, sorted(rows, reverse=True)))
+    values = np.array([row for _, rows in known for row in rows]).reshape(-1, 5)
+    size = fmt.prefix_for(values[:, 0], "m2")
+    length = fmt.prefix_for(np.concatenate(leading.axes), "m")  # as on the map
+    stress = fmt.prefix_for(values[:, 4], "Pa")
+    heads = (
+        *(f"area / {size.unit}", "share of the force"),
+        *(f"x / {length.unit}", f"y / {length.unit}", f"peak pressure / {stress.unit}"),
+    )
+    factors = size.factor, 1.0, length.factor, length.factor, stress.factor
+    tables = []
+    for label, (count, rows) in zip(labels, known, strict=True):
+        body = []
+        for row in rows:
+            scaled = [value * factor for value, factor in zip(row, factors, strict=True)]
+            body.append([cells.number(fmt.number(value), value) for value in scaled])
+            body[-1][1] = cells.relative(row[1])
+        note = (
+            f"{label[0].upper()}{label[1:]}: {fmt.count(count)} contacts, the largest {len(body)} "
+            f"by area. {leading.label}. Cells that meet across an edge are one contact; x, y: the "
+            f"centre of its force. {how}"
+        )
+        tables.append(cells.table(heads, body, note=note))
+    return tables
 
 
 def settings(scene: SceneRecord) -> Table:

@@ -69,10 +69,6 @@ LARGEST_REFINED = {1: 2**24, 2: 1400**2, 4: 512**2}
 _STIFFNESS, _RANDOM_STIFFNESS = 1e-6, 1e-4
 
 
-# Share of the cells of a block from which it is shown as touching.
-_HALF = 0.5
-
-
 @dataclass(frozen=True)
 class Grid:
     """Cells of a half-space problem: the initial gap at their centres."""
@@ -373,5 +369,5 @@ def contact_fields(task: Task, contact: Contact, grid: Grid) -> dict[str, np.nda
         heights = task.geometry.heights(task.realisations[0], task.resolution)
         fields["heights"] = coarse(heights)
         fields["size"] = np.array(task.geometry.size)
-        fields["contact"] = coarse(contact.pressure > 0) >= _HALF
+        fields["contact"] = coarse(contact.pressure > 0)  # of a block the share in contact
     return fields

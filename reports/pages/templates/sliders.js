@@ -25,6 +25,7 @@ const equipSliders = () => {
       bar.querySelector("output").textContent = labels[place];
       if ((shownLoad.get(bar.dataset.scene) ?? labels.length - 1) !== place) changed.add(bar.dataset.scene);
       shownLoad.set(bar.dataset.scene, place);
+      for (const spots of document.querySelectorAll(`#${bar.dataset.scene} [data-spots]`)) spots.hidden = Number(spots.dataset.spots) !== place;
     }
     const stale = moved.filter((canvas) => drawn.has(canvas) && changed.has(sceneOf(canvas)));
     const idle = !late.size;

@@ -231,6 +231,14 @@ def test_the_slider_moves_pressure_and_model_by_arrow_keys(followed):
     assert sum_of_y(page, "scene-1-pressure-radial") == pytest.approx(first)
 
 
+def test_the_slider_moves_the_table_of_spots(followed):
+    """One table at a time, of the load beside the slider."""
+    for place in (3, 7):
+        page = followed(f"#scene-2-spots?load.scene-2={place}").page
+        (shown,) = page.locator("#scene-2 [data-spots]").filter(visible=True).all_inner_texts()
+        assert f"(load {place + 1} of 8)" in shown
+
+
 def test_plots_are_saved_as_svg_and_png(followed, tmp_path):
     seen = followed("#scene-1-curves")
     drawing = seen.save("#scene-1 .figure-tools button:has-text('SVG')", tmp_path)

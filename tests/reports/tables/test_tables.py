@@ -1,6 +1,7 @@
 """Tables in several renderers, and the card of a scene."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,9 +12,11 @@ from comparisons import formatting as fmt
 from comparisons.scene.scene import builtin_names, load_scene
 from comparisons.scene.units import PRESSURE, number_and_unit, to_si
 from reports.pages.page import environment
+from reports.plots.stored import slider_steps
 from reports.tables import cells
 from reports.tables.card import _bodies, card
 from reports.tables.cells import table, tone
+from reports.tables.scene import spots
 from reports.tables.written import alignment, drawn, frame, in_markdown, latex, rewrite
 from roughline import notebook
 
@@ -218,3 +221,61 @@ def test_every_built_in_scene_tells_its_inputs_with_units():
     told = dict(_bodies(load_scene("rubber-ball")))
     assert "1\u202fs / 100\u202fms / 10\u202fms" in told["viscoelastic"]
     assert "(thickness 4\u202fµm" in dict(_bodies(load_scene("coated-ball")))["half space"]
+
+
+def spots_of(rough, folder, *, periodic, shares=False):
+    """Return the last table of spots of two Hertz contacts: at (0.3, 0.4) µm, and at the origin.
+
+    Their radii are 0.2 and 0.1 µm, their peaks 2 and 1 GPa.
+    """
+    fields = rough.load_fields("bem_fft", 128)
+    x, y = fields["pressure_x"], fields["pressure_y"]
+    pressure = np.zeros_like(x)
+    for (x0, y0), radius in (((3e-7, 4e-7), 2e-7), ((0.0, 0.0), 1e-7)):
+        away = [(axis - at + 5e-7) % 1e-6 - 5e-7 for axis, at in ((x, x0), (y, y0))]
+        pressure += 1e16 * np.sqrt(np.maximum(radius**2 - away[0] ** 2 - away[1] ** 2, 0))
+    fields["pressure"] = pressure
+    if shares:
+        fields["contact"] = 0.5 * (pressure > 0).reshape(64, 64)
+    path = folder / "spots.npz"
+    np.savez(path, **fields)
+    text = rough.text + "periodic = true\n" * periodic
+    return spots(replace(rough, text=text, fields={("bem_fft", 128): path}))[-1]
+
+
+def test_spots_have_the_place_the_force_and_the_area_of_two_hertz_contacts(study, tmp_path):
+    """F = 2/3 π a² p0: of the periodic pair 8/9 and 1/9; the small one lies across the rims."""
+    found = spots_of(study.scenes[1], tmp_path, periodic=True)
+    assert [head.text for head in found.heads] == [
+        *("area / µm²", "share of the force", "x / nm", "y / nm", "peak pressure / GPa")
+    ]
+    large, small = [[cell.key for cell in row] for row in found.rows]
+    assert large == pytest.approx([0.04 * np.pi, 8 / 9, 300, 400, 2.0], rel=0.03)
+    assert small[:2] == pytest.approx([0.01 * np.pi, 1 / 9], rel=0.1)
+    assert [(at + 500) % 1000 for at in small[2:4]] == pytest.approx([500, 500], abs=10)
+    assert "2 contacts" in found.note
+
+
+def test_on_a_free_patch_spots_end_at_the_rim(study, tmp_path):
+    """Without a period the small contact is four, one in each corner."""
+    found = spots_of(study.scenes[1], tmp_path, periodic=False)
+    assert len(found.rows) == 5
+    assert sum(row[1].key for row in found.rows) == pytest.approx(1.0)
+    assert all(min(abs(row[3].key - rim) for rim in (0, 1000)) < 100 for row in found.rows[1:])
+
+
+def test_spots_of_means_over_blocks_say_so_and_count_the_cells_in_the_blocks(study, tmp_path):
+    whole = spots_of(study.scenes[1], tmp_path, periodic=True)
+    found = spots_of(study.scenes[1], tmp_path, periodic=True, shares=True)
+    assert "means over blocks" in found.note
+    assert "means over blocks" not in whole.note
+    assert found.rows[0][0].key == pytest.approx(0.02 * np.pi, rel=0.05)
+
+
+def test_spots_are_given_at_every_load_of_the_slider_and_never_of_indenters(study):
+    smooth, rough = study.scenes
+    assert len(spots(rough)) == len(slider_steps(rough).steps)
+    areas = [sum(row[0].key for row in item.rows) for item in spots(rough)]
+    assert areas == sorted(areas)
+    assert len({item.heads for item in spots(rough)}) == 1  # in the same units
+    assert spots(smooth) == []
