@@ -37,7 +37,7 @@ SYMBOLS = {
     "depth over radius d/R": "d/R",
     "ratio of the radii of curvature R'/R''": "R'/R''",
     "Poisson's ratio nu": "nu",
-    "creep in %": "creep/%",
+    "creep over that of full slip": "creep/full slip",
     "load F/(E* A0 h')": "F/(E* A0 h')",
     "Hurst exponent H": "H",
     "Maugis' parameter lambda": "lambda",

@@ -296,26 +296,28 @@ def in_words(answers: list[Nearest], tolerance: float) -> str:
 
 @cache
 def measured() -> Mapping[str, Measured]:
-    """Return the measurements that come with the package, by claim."""
-    return {
-        claim.id: Measured(
+    """Return the measurements that come with the package, by claim; a creep over full slip's."""
+    found = {}
+    for claim in [claim for claim in load_claims_record(STORED).claims if claim.id in QUANTITIES]:
+        creep = claim.id in ROLLING.values()
+        unit = 100 * full_slip_of_claims() if creep else 1.0
+        points = tuple(
+            (point.parameter / unit, point.error, point.uncertainty)
+            for point in claim.points
+            if point.parameter is not None
+            and point.error is not None
+            and point.uncertainty is not None
+        )
+        found[claim.id] = Measured(
             claim.id,
-            claim.parameter,
+            "creep over that of full slip" if creep else claim.parameter,
             claim.spacing,
             claim.tolerance,
-            tuple(
-                (point.parameter, point.error, point.uncertainty)
-                for point in claim.points
-                if point.parameter is not None
-                and point.error is not None
-                and point.uncertainty is not None
-            ),
+            points,
             FIXED.get(claim.id, {}),
             claim.verdict == HOLDS and bool(claim.theorem),
         )
-        for claim in load_claims_record(STORED).claims
-        if claim.id in QUANTITIES
-    }
+    return found
 
 
 # Of the surfaces of claims on roughness along the load (`hurst` of rough_area.toml); the load of
@@ -333,6 +335,8 @@ FIXED: dict[str, dict[str, float]] = {
     "rolling-curve-springs": {"nu": 0.28, "R_x/R_y": 1.0},
     "rolling-curve-matched": {"nu": 0.28, "R_x/R_y": 1.0},
 }
+# The claims along the creep in % of a ball, by the stiffness of the reduced model's springs.
+ROLLING = {"springs": "rolling-curve-springs", "matched": "rolling-curve-matched"}
 # The quantities whose error a claim measures. Force and stiffness of a flat face err alike.
 QUANTITIES: dict[str, tuple[str, ...]] = {
     "ellipsoid-force": ("force",),
@@ -407,13 +411,11 @@ def places(scene: Scene, loads: AbsoluteLoads, unit: float) -> dict[str, Stretch
         plain = set(scene.physics) == {"rolling", "friction"} and not rolling.spin
         curved, normal = curvature_radii(scene), loads.normal
         if plain and curved and normal is not None and not any(rolling.lateral_creep.values):
-            # The creep in % that is as large a share of full slip on the ball of the claims; creep
-            # of zero has no place on their scale of logarithms, nor an error.
-            percent = 100 * full_slip_of_claims() / full_slip(scene, normal)
-            creeps = [abs(creep) * percent for creep in rolling.creep.values if creep]
-            kind = "matched" if scene.methods.reduced.rolling == "matched" else "springs"
+            # creep of zero has no place on a scale of logarithms, nor an error
+            full = full_slip(scene, normal)
+            creeps = [abs(creep) / full for creep in rolling.creep.values if creep]
             if creeps:
-                found[f"rolling-curve-{kind}"] = min(creeps), max(creeps)
+                found[ROLLING[scene.methods.reduced.rolling]] = min(creeps), max(creeps)
     return found
 
 

@@ -108,8 +108,11 @@ def test_the_creep_of_a_ball_stands_over_that_of_full_slip():
     """Under 8 times the load the contact is twice as wide, and slips at twice the creep."""
     one = known("rolling-ball")["traction"]
     heavy = known("rolling-ball", loading={"force": 800.0})["traction"]
-    np.testing.assert_allclose(one.here, (0.002, 0.2), rtol=1e-4)
-    np.testing.assert_allclose(heavy.here, (0.001, 0.1), rtol=1e-4)
+    full = 100 * full_slip_of_claims()
+    np.testing.assert_allclose(one.here, (0.002 / full, 0.2 / full), rtol=1e-4)
+    np.testing.assert_allclose(heavy.here, (0.001 / full, 0.1 / full), rtol=1e-4)
+    assert one.place.startswith("creep over that of full slip = ")
+    assert one.measured.ends == pytest.approx((0.005 / full, 2 / full))
     assert (one.measured.claim, one.agrees, one.word) == ("rolling-curve-springs", True, OUTSIDE)
     assert "traction" not in known("rolling-ball", **{"rolling.lateral_creep": 0.001})
 
@@ -119,7 +122,7 @@ def test_no_creep_at_all_has_no_place_on_the_creep_curve():
     around = known("rolling-ball", **{"rolling.creep": [-0.001, 0.0, 0.001]})["traction"]
     alone = known("rolling-ball", **{"rolling.creep": 0.001})["traction"]
     assert around == alone
-    np.testing.assert_allclose(around.here, 0.1)
+    np.testing.assert_allclose(around.here, 0.001 / full_slip_of_claims())
     assert not around.beyond
     assert "traction" not in known("rolling-ball", **{"rolling.creep": 0.0})
 
