@@ -116,7 +116,7 @@ class Stretch:
 class Map:
     """Values on a grid, first index along x; NaN is a gap, `highest` ends the colour scale.
 
-    With `contacts`, the highest values are contacts, in one colour, on heights in grey. If
+    With `contacts`, values from 0.9 on are contacts, whole ones at 1, on heights in grey. If
     `signed`, colours run from `-highest` to `highest`.
     """
 

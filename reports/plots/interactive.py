@@ -23,9 +23,9 @@ LARGEST_CODE = 2**16 - 1
 NOTE_MARGIN = {"l": 60, "r": 52, "t": 30, "b": 50}  # room for "asked 1 %" on the right
 FEW_TICKS = 6  # of them none need be turned
 TALL = 28  # characters that fit beside a plot on one line
-# Heights in grey, contacts above them in one colour, which no heights of theirs can have.
+# Heights in grey, contacts above them in one colour, paler where little of a block touches.
 CONTACTS = {
-    "colorscale": [[0, "#303030"], [0.86, "#e0e0e0"], [0.9, CONTACT], [1, CONTACT]],
+    "colorscale": [[0, "#303030"], [0.86, "#e0e0e0"], [0.88, "#f5dfb0"], [1, CONTACT]],
     "showscale": False,
     "hoverinfo": "skip",
     "hovertemplate": None,

@@ -10,6 +10,7 @@ import numpy as np
 from comparisons import formatting as fmt
 from comparisons.facts.methods import MODEL
 from comparisons.facts.quantities import NORMAL
+from comparisons.methods.normal.grid import block_means
 from comparisons.results.record import MEAN, SceneRecord
 from reports.plots.axes import log_axis, padded, value_axis, wants_log
 from reports.plots.figure import (
@@ -34,7 +35,8 @@ MOST_LINE_POINTS = 1500
 MOST_PROFILE_POINTS = 160
 LINE, TOUCHING = Look("line of the model", MUTED), Look("in contact", CONTACT)
 PROFILE = Look("equivalent profile g(x)", INK)
-HEIGHTS = 0.85  # of the scale of a map: heights end below, contacts stand at its top
+# Of the scale of a map: heights end below, contacts begin where little of a block touches.
+HEIGHTS, FAINTEST = 0.85, 0.9
 LEAST = 1e-6  # of the nominal area: what lies below is no contact to be seen
 LENGTH = Look("length of the line in contact", look(MODEL).colour, CIRCLE, DOTTED, 6)
 NOW = Look("load of the slider", INK)
@@ -151,11 +153,15 @@ def failure_view(scene: SceneRecord) -> list[Figure]:
     relief = heights - heights.min() if known else np.zeros(item.shape)
     relief = HEIGHTS * (0.02 + 0.98 * relief / (float(np.max(relief)) or 1.0))
     frames = []
+    step = -(-max(item.shape) // MOST_PIXELS)
+    blocks = np.arange(0, item.shape[0], step), np.arange(0, item.shape[1], step)
+    x, y, relief = coarsened(*item.axes, relief)
     for at_load in item.at_loads(loads):
-        touched = 0.0 if at_load is None else at_load.pressure.reshape(item.shape)
-        values = np.where(touched > 0, 1.0, relief)
-        pixels = coarsened(*item.axes, values)
-        frames.append(Map(*pixels, "contact", highest=1.0, contacts=True))
+        pressure = np.zeros(item.shape) if at_load is None else at_load.pressure
+        cells = pressure.reshape(item.shape) > 0 if item.share is None else item.share
+        share = block_means(cells, blocks)
+        values = np.where(share > 0, FAINTEST + (1 - FAINTEST) * share, relief)
+        frames.append(Map(x, y, values, "contact", highest=1.0, contacts=True))
     nominal = float(np.prod([np.diff(outer(axis))[0] for axis in item.axes]))
     several = scene.realisations(item.method, item.resolution)
     rows = (
@@ -165,8 +171,8 @@ def failure_view(scene: SceneRecord) -> list[Figure]:
     )
     areas = rows["contact_area"]
     touching = float(areas[-1]) / nominal if len(areas) else float("nan")
-    coarse = max(item.shape) > MOST_PIXELS
-    marks = " Marks are blocks of cells, larger than the contacts in them." if coarse else ""
+    merged = step > 1 or item.share is not None
+    marks = " Each mark is a block of cells, the paler the less of it touches." if merged else ""
     surface = map_figure(
         "failure-surface",
         "Contact of the surface",

@@ -45,6 +45,7 @@ class Field:
     pressure: np.ndarray
     shape: tuple[int, ...]  # of the grid, or the number of points of a mesh
     rough: bool
+    share: np.ndarray | None = None  # of each block in contact, where the field is means over them
     earlier: dict[int, Field] = field(default_factory=dict, repr=False)
 
     @property
@@ -115,9 +116,11 @@ def _field(stored: Stored) -> Field | None:
         return None
     sides = tuple(int(side) for side in np.ravel(arrays.get("pressure_shape", [])))
     shape = sides if len(sides) == 2 and sides[0] * sides[1] == len(p) else (len(p),)
-    return Field(
-        stored.method, stored.resolution, stored.source, x, y, p, shape, "heights" in arrays
-    )
+    share = arrays.get("contact")
+    if share is not None and (share.dtype == bool or share.shape != shape):
+        share = None
+    setting = stored.method, stored.resolution, stored.source
+    return Field(*setting, x, y, p, shape, "heights" in arrays, share)
 
 
 def leading_map(scene: SceneRecord, maps: list[Field]) -> Field:

@@ -115,13 +115,10 @@ def spots(scene: SceneRecord) -> list[Table]:
     spacing = np.array([np.diff(outer(axis))[0] for axis in leading.axes]) / shape
     surface = scene.tables.get("surface")
     periodic = isinstance(surface, dict) and bool(surface.get("periodic"))
-    share = None
-    if shape.max() < leading.resolution:
-        share = scene.load_fields(leading.method, leading.resolution).get("contact")
     how = (
         "The field is stored as means over blocks of cells: contacts that share a block count as "
         "one, and areas are of counted cells."
-        if share is not None
+        if leading.share is not None
         else "Areas are of counted cells, less what these add at a rim."
     )
     labels, known = loads.labels or ("last load",), []
@@ -132,8 +129,8 @@ def spots(scene: SceneRecord) -> list[Table]:
         for number in np.argsort(-found.areas, kind="stable")[:MOST_SPOTS] + 1:
             inside = found.labels == number
             area = corrected_area(inside, tuple(spacing), periodic)
-            if share is not None:
-                area = float(np.sum(share, where=inside) * np.prod(spacing))
+            if leading.share is not None:
+                area = float(np.sum(leading.share, where=inside) * np.prod(spacing))
             places, p = np.argwhere(inside), pressure[inside]
             peak = places[np.argmax(p)]
             away = places - peak

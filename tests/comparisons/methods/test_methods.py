@@ -321,6 +321,8 @@ def test_a_large_pressure_is_stored_in_blocks_that_carry_its_force(rough, solved
     small, large = stored.fields, whole.fields
     assert tuple(small["pressure_shape"]) == (10, 8)
     assert small["heights"].shape == small["contact"].shape == (10, 8)
+    touching = small["contact"].ravel() @ small["pressure_weight"]
+    assert touching == pytest.approx(stored.quantities["contact_area_raw"][0, -1])
     carried = small["pressure"] @ small["pressure_weight"]
     assert carried == pytest.approx(large["pressure"] @ large["pressure_weight"], rel=1e-12)
     assert small["pressure_x"].max() == pytest.approx(large["pressure_x"][-120:].mean())

@@ -382,6 +382,28 @@ def test_the_map_has_a_contact_where_there_is_pressure_and_heights_elsewhere(rou
     assert (np.diff(values[pressure <= 0][order]) >= 0).all()
 
 
+@pytest.mark.parametrize("stored", [False, True])
+def test_a_mark_of_many_cells_is_as_pale_as_little_of_it_touches(
+    rough, monkeypatch, tmp_path, stored
+):
+    """The shades add up to the contact: where the page merges cells, and where a field did."""
+    for module in ("model", "figure"):
+        monkeypatch.setattr(f"reports.plots.{module}.MOST_PIXELS", 30)
+    fields = rough.load_fields("bem_fft", 128)
+    touching = (fields["pressure"] > 0).reshape(64, 64) * (0.25 if stored else 1.0)
+    if stored:
+        path = tmp_path / "blocks.npz"
+        np.savez(path, **fields, contact=touching)
+        rough = replace(rough, fields=rough.fields | {("bem_fft", 128): path})
+    surface = failure_view(rough)[0]
+    values = surface.map.values
+    assert values.shape == (22, 22)  # blocks of 3, and of 1 at the end
+    share = np.where(values >= 0.9, (values - 0.9) / 0.1, 0.0)
+    sides = np.array([3.0] * 21 + [1.0])
+    assert np.sum(share * np.outer(sides, sides)) == pytest.approx(touching.sum())
+    assert "the paler the less of it touches" in surface.caption
+
+
 def test_shares_are_areas_over_the_nominal_one_and_the_ring_stands_at_the_load(rough):
     """A/A0 with A0 the side squared: cells from the centre of the first to that of the last."""
     shares = failure_view(rough)[2]
