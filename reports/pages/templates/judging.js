@@ -177,9 +177,9 @@ const judgeRow = (scene, counts) => {
 };
 
 // The plot of all scenes: heights follow the question.
-const judgeAnew = (canvas, raw) => {
+const judgeAnew = (canvas, data) => {
   if (canvas.dataset.figure !== "overview" || (!question.tolerance && !question.counted)) return;
-  raw.data.forEach((trace, index) => {
+  data.forEach((trace, index) => {
     // Each method has two traces: points, and arrows at the foot.
     trace.y = judging.places[index >> 1].map(([scene, setting]) => {
       const record = judging.scenes[scene];

@@ -10,6 +10,7 @@ const THEMES = {
 };
 let theme = dark.matches ? THEMES.dark : THEMES.light;
 const drawn = new Set();
+const figures = new Map(); // parsed once
 const shownLoad = new Map(); // scene -> place of its slider
 
 const withTheme = (chosen, act) => {
@@ -27,14 +28,17 @@ const unpacked = (value) => {
   return Object.fromEntries(Object.entries(value).map(([key, item]) => [key, unpacked(item)]));
 };
 
-// A map travels as 16-bit codes, rows one after another; 0 is a gap.
-const mapOf = ({ codes, shape, step, below = 0 }) => {
+// A map travels as 16-bit codes, rows one after another; 0 is a gap. It is unpacked once.
+const mapOf = (packed) => {
+  if (packed.rows) return packed.rows;
+  const { codes, shape, step, below = 0 } = packed;
   const bytes = Uint8Array.from(atob(codes), (character) => character.charCodeAt(0));
   const view = new DataView(bytes.buffer);
-  return Array.from({ length: shape[0] }, (_, row) => Array.from({ length: shape[1] }, (__, column) => {
+  packed.rows = Array.from({ length: shape[0] }, (_, row) => Array.from({ length: shape[1] }, (__, column) => {
     const code = view.getUint16(2 * (row * shape[1] + column), true);
     return code ? code * step - below : null;
   }));
+  return packed.rows;
 };
 
 const shared = () => {
@@ -57,14 +61,12 @@ const sceneOf = (node) => node.closest("section.scene")?.id ?? "";
 
 // The figure of a canvas as plotly takes it, at the load that its scene's slider stands at.
 const specOf = (canvas) => {
-  const raw = JSON.parse(document.getElementById("data-" + canvas.dataset.figure).textContent);
-  const frame = raw.frames?.[shownLoad.get(sceneOf(canvas)) ?? raw.frames.length - 1];
-  if (frame) {
-    raw.data = raw.data.map((trace, index) => ({ ...trace, ...frame.data[index] }));
-    Object.assign(raw.layout, frame.layout);
-  }
-  judgeAnew(canvas, raw);
-  const spec = unpacked({ data: raw.data, layout: raw.layout });
+  const id = "data-" + canvas.dataset.figure;
+  if (!figures.has(id)) figures.set(id, JSON.parse(document.getElementById(id).textContent));
+  const figure = figures.get(id), frame = figure.frames?.[shownLoad.get(sceneOf(canvas)) ?? figure.frames.length - 1];
+  const data = figure.data.map((trace, index) => ({ ...trace, ...frame?.data[index] }));
+  judgeAnew(canvas, data);
+  const spec = unpacked({ data, layout: { ...figure.layout, ...frame?.layout } });
   spec.layout.template = shared();
   spec.layout.autosize = true;
   if (coarse) spec.layout.dragmode = false;
