@@ -40,7 +40,8 @@ def verdict_table(scenes: Iterable[SceneRecord], method: str, *, reasons: bool =
                 because = f", {judgement.band}" if judgement.band else ""
             judged = cells.verdict(judgement.word, text=text + because if reasons else text)
             sides = (scene.name, best) if first else ("", "")
-            true = judgement.when and true_value(scene, judgement.quantity, judgement.step)
+            # where all loads agree to round-off none decides: those of all
+            true = true_value(scene, judgement.quantity, judgement.step if judgement.when else None)
             rows.append(
                 (sides[0], label, _error(judgement), judgement.when, judged, true, sides[1])
             )

@@ -16,6 +16,7 @@ from reports.plots.stored import slider_steps
 from reports.tables import cells
 from reports.tables.card import _bodies, card
 from reports.tables.cells import table, tone
+from reports.tables.judged import TRUE, verdict_table
 from reports.tables.scene import spots
 from reports.tables.written import alignment, drawn, frame, in_markdown, latex, rewrite
 from roughline import notebook
@@ -132,6 +133,16 @@ def test_a_hertzian_contact_tells_its_peak_pressure_and_which_steel_would_yield(
     # The constant is printed with three digits in the book: 1.60 for the nu of 0.3.
     number, unit = number_and_unit(told["von Mises' stress"].split(",")[0])
     assert (number, unit) == (pytest.approx(peak / 1e9 / 1.61, rel=5e-3), "GPa")
+
+
+def test_where_all_loads_agree_to_round_off_the_true_values_are_those_of_all(tmp_path):
+    scene = tmp_path / "ball.toml"
+    scene.write_text(BALL, encoding="utf-8")
+    solved = roughline.Study(scene, tmp_path / "out", methods=["closed_form", "reduced"]).run()
+    rows = frame(verdict_table(solved.record.scenes, "reduced")).set_index("quantity")
+    assert abs(rows["largest error"]["contact area"]) < fmt.ROUND_OFF
+    # pi R d of Hertz, at 1 and 16 um
+    assert rows[TRUE]["contact area"] == "0.0314\u202fmm² to 0.503\u202fmm²"
 
 
 def test_the_area_of_a_flat_face_is_given_and_has_no_bar(of):
