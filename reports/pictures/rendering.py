@@ -210,7 +210,7 @@ def _particles(plotter: Plotter, job: Job) -> Frame:
 
     cloud = PolyData(job["places"] * np.array([1.0, 1.0, -1.0]))
     cloud["stress"] = job["stress"]
-    ball = Sphere(0.5 * float(job["spacing"]), theta_resolution=14, phi_resolution=10)
+    ball = Sphere(radius=0.5 * float(job["spacing"]), theta_resolution=14, phi_resolution=10)
     plotter.add_mesh(
         cloud.glyph(geom=ball, scale=False, orient=False),
         scalars="stress",

@@ -111,6 +111,20 @@ def test_pictures_are_drawn_here(study, tmp_path):
         assert 5_000 < len(picture.png) < 600_000
 
 
+@pytest.mark.slow
+def test_the_renderer_uses_nothing_that_pyvista_gives_up(study):
+    balls = {"kind": np.array("particles"), "places": np.eye(3), "stress": np.ones(3)}
+    jobs = [{**balls, "spacing": np.array(0.1), "highest": np.array(1.0)}]
+    jobs += [pictures.picture_job(scene).arrays for scene in study.scenes]
+    plain = [sys.executable, "-m", "reports.pictures.rendering"]
+    if not any(pictures.render(jobs, plain)):
+        pytest.skip("no renderer")
+    given_up = "from pyvista.core.errors import PyVistaDeprecationWarning as W"
+    strict = f"import runpy, warnings; {given_up}; warnings.simplefilter('error', W); "
+    strict += "runpy.run_module('reports.pictures.rendering', run_name='__main__')"
+    assert all(pictures.render(jobs, [sys.executable, "-c", strict]))
+
+
 DTYPES = {"f4": "<f4", "u1": "u1", "u2": "<u2", "u4": "<u4"}
 
 
