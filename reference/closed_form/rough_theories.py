@@ -342,11 +342,12 @@ class Persson(WaveRings):
         return self._gap(pressure, -1)
 
     def stiffness(self, pressure: float) -> float:
-        """Return -dp/dgap, the contact stiffness per nominal area over E*."""
+        """Return -dp/dgap, the contact stiffness per nominal area over E*; infinite at gap zero."""
         weight, over = self._weights(-1)
         t = over * pressure
         rate = (self.gamma + 3 * (1 - self.gamma) * erf(t) ** 2) * np.exp(-(t**2)) / pressure
-        return 1.0 / float(np.sum(weight * rate))
+        softness = float(np.sum(weight * rate))
+        return 1.0 / softness if softness else math.inf
 
     def _weights(self, after: int) -> tuple[Array, Array]:
         """Return q h_q^2 w/(2 sqrt pi) and w of the waves after a ring, w = sqrt2/h'.

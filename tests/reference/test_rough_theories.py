@@ -55,6 +55,7 @@ def test_the_gap_of_one_wave_vanishes_in_full_contact():
     gaps = [one.mean_gap(p) for p in (0.1, 1.0, 3.0)]
     assert gaps == sorted(gaps, reverse=True)
     assert gaps[-1] < 1e-4
+    assert (one.mean_gap(60.0), one.stiffness(60.0)) == (0.0, math.inf)
 
 
 def test_persson_s_distributions_hold_the_area_the_pressure_and_the_gap():

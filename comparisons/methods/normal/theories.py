@@ -109,8 +109,12 @@ def _pressure_at(theory: PerssonTheory | XuTheory, gap: float) -> float:
     rms = float(np.sqrt(np.sum(theory.power)))
     slope = float(np.sqrt(np.sum(theory.wavenumber**2 * theory.power)))
     ends = np.log(slope) - 40.0 - 3 * gap / rms, np.log(slope) + 3.0
-    pressure = brentq(lambda p: np.log(theory.mean_gap(float(np.exp(p))) / gap), *ends, xtol=1e-12)
-    return float(np.exp(pressure))
+    least = np.finfo(float).tiny  # in full contact the gap is zero
+
+    def excess(pressure: float) -> float:
+        return float(np.log(max(theory.mean_gap(float(np.exp(pressure))), least) / gap))
+
+    return float(np.exp(brentq(excess, *ends, xtol=1e-12)))
 
 
 class AsperityTheory(RoughTheory):

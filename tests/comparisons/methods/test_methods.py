@@ -225,6 +225,14 @@ def solved_rough(make, method, **surface):
     return plan.geometry, solution
 
 
+@pytest.mark.parametrize("theory", ["persson", "persson_xu"])
+def test_a_theory_of_spreading_pressure_finds_the_load_of_a_mean_gap(theory):
+    by_force = solve_scene("rough-theories", theory).columns()
+    loading = {"mean_gap": sorted(by_force["mean_gap"].tolist())}
+    by_gap = solve_scene("rough-theories", theory, None, {"loading": loading}).columns()
+    np.testing.assert_allclose(by_gap["contact_area"][::-1], by_force["contact_area"], rtol=1e-9)
+
+
 def test_penetration_of_a_periodic_surface_counts_from_the_mean_plane(rough):
     """As the mean displacement is zero, d = max(h - <h>) - mean gap; 1e-7: the FFT's residual."""
     geometry, solution = solved_rough(rough, "bem_fft", periodic=True)
