@@ -20,6 +20,7 @@ from comparisons.facts.quantities import FIELDS
 from comparisons.formatting import relative
 from comparisons.judging.levels import Levels, allocate, variances, within_budget
 from comparisons.judging.truth import choose_truth
+from comparisons.solving.jobs import Kind
 from comparisons.solving.plan import Effort, Plan, surface_cost
 from comparisons.solving.plan_record import MethodPlan
 from comparisons.solving.planning import refusal
@@ -103,6 +104,19 @@ LINE_POINTS: Mapping[Effort, float] = {"quick": 1e7, "full": 5e7}
 _AIM = 0.95
 _NORMAL = 1.96
 _LEAST_PART = 0.05
+
+
+def expected(plan: Plan, effort: Effort) -> list[Kind]:
+    """Return the jobs that a plan typically adds to its pilots: surfaces for all its budget."""
+    grid = next((m for m in plan.methods if m.method == GRID and m.numbers), None)
+    if grid is None:
+        return []
+    cost = np.array([surface_cost(GRID, n) for n in grid.resolutions])
+    most = min(SURFACES_BUDGET[effort], plan.scene.realisations * float(cost.sum()))
+    coarsest = grid.resolutions[0]
+    block = plan.block(GRID, coarsest)
+    blocks = (most - float(cost @ np.array(grid.numbers))) / (float(cost[0]) * block)
+    return [Kind(plan.scene.name, GRID, coarsest, block)] * int(blocks)
 
 
 def enlarged(plan: Plan, solved: Solved, effort: Effort) -> Plan:

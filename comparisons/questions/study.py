@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import ClassVar, Unpack
@@ -11,7 +12,7 @@ from typing import ClassVar, Unpack
 from comparisons.errors import ResultsError
 from comparisons.facts.methods import METHODS
 from comparisons.files import read_arrays, write_arrays
-from comparisons.judging.refinement import enlarged, refinements
+from comparisons.judging.refinement import enlarged, expected, refinements
 from comparisons.machine import source_digest
 from comparisons.questions.campaign import WHOLE, Campaign, Options, Part
 from comparisons.results.folder import MAILED, PAGE, Header, Layout, Run
@@ -30,7 +31,7 @@ from comparisons.results.store import (
 )
 from comparisons.solving.execution import compile_apart, execute
 from comparisons.solving.inquiries import Inquiry, solve_job
-from comparisons.solving.jobs import Done, Job
+from comparisons.solving.jobs import Done, Job, Kind, Remaining
 from comparisons.solving.plan import Effort, Plan
 from comparisons.solving.plan_record import PlanRecord
 from comparisons.tasks.shown_loads import SHOWN_ONLY, shown
@@ -38,6 +39,8 @@ from comparisons.tasks.solution import PREFIX, REALISATIONS, Solution, Solved, s
 from comparisons.tasks.task import Task
 
 _MINUTE = 60.0  # seconds that a refined solve may be expected to take at quick effort
+# Seconds that the report takes when all is solved, and of these each scene: measured once.
+REPORT, OF_SCENE = 3.0, 1.0
 SOON_SOLVED = 1.0  # seconds: a shorter solve of lines or of surfaces that no page shows is not kept
 
 
@@ -75,6 +78,8 @@ class Study(Campaign[None, StudyRecord]):
         self._merged: tuple[Run, ...] = ()
         self._finest_before: dict[tuple[str, str], int] = {}
         self._begun = False
+        # Scenes whose numbers of surfaces are not chosen yet, and what these will add.
+        self._expected: dict[int, list[Kind]] = {}
         # Tasks of all parts that were seen so far, and those of this one.
         self._asked: set[str] = set()
         self._own: dict[str, Task] = {}
@@ -93,8 +98,10 @@ class Study(Campaign[None, StudyRecord]):
         plan = self.plans[index]
         counted = {planned.method for planned in plan.methods if planned.numbers}
         first = [task for task in plan.tasks if task.method in counted]
+        self._expected[index] = expected(plan, self.effort)
         yield self._jobs(first + self._share([t for t in plan.tasks if t not in first]))
         self.plans[index] = plan = enlarged(plan, self.solved(plan), self.effort)
+        del self._expected[index]
         yield self._jobs(self._share([t for t in plan.tasks if t.key not in self._asked]))
         if self.effort == "quick" or self._is_part:
             return
@@ -122,6 +129,12 @@ class Study(Campaign[None, StudyRecord]):
             if more and task.realisations[0] == 0:
                 path.unlink(missing_ok=True)
         return [solve_job(task, work) for task in jobs.values()]
+
+    def remaining(self) -> Remaining:
+        """Return the remaining time, to the end of the report."""
+        kinds = [kind for kinds in self._expected.values() for kind in kinds]
+        left = self._inquiries.remaining(kinds)
+        return replace(left, seconds=left.seconds + REPORT + OF_SCENE * len(self.plans))
 
     def received(self, done: Done) -> None:
         """Register a solution; repeatedly killed tasks have no answer at any step."""

@@ -74,9 +74,9 @@ class Inquiries(Generic[A]):
         """How many jobs are done, and how many there are so far: inquiries may ask for more."""
         return len(self._done), len(self._done) + len(self._open)
 
-    def remaining(self) -> Remaining:
-        """Return the remaining time, estimated from the measured costs of similar jobs."""
-        kinds = [job.kind for job in self._open.values()]
+    def remaining(self, expected: Iterable[Kind] = ()) -> Remaining:
+        """Return the remaining time, with that of jobs that are expected to be asked for."""
+        kinds = [*expected, *(job.kind for job in self._open.values())]
         return self._forecast.remaining(kinds, self._executor.workers)
 
     def ask(self, inquiries: Mapping[str, Inquiry[A]]) -> Iterator[Done | None]:

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from comparisons.facts.methods import growth
+from comparisons.facts.methods import METHODS, growth
 
 if TYPE_CHECKING:
     # Processes that only carry out jobs start in a third of the time without the scenes.
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 # Solves that are timed are repeated up to so many times, within so many seconds.
 REPEATS, REPEAT_SECONDS = 3, 0.1
+# The work of a method grows from here: on coarser grids other things take the time.
+COARSE = 64
 
 
 @dataclass(frozen=True)
@@ -111,7 +113,8 @@ class Forecast:
     The cost of a job is estimated from jobs with the same scene, method and resolution; else from
     those at the nearest resolution, the solving scaled as from there in other scenes, or by the
     growth of the method's work; else from the mean job of the method at the nearest resolution, as
-    jobs of an ensemble hold as many surfaces as take about as long. For a new method it is unknown.
+    jobs of an ensemble hold as many surfaces as take about as long; else what a job of the method
+    once took (`facts.methods`). For a method from outside it is unknown.
     """
 
     _costs: dict[tuple[str, str], dict[int, _Cost]] = field(default_factory=dict)
@@ -135,7 +138,7 @@ class Forecast:
         own = self._costs.get((kind.scene, kind.method))
         known = of_method if own is None else [own]
         if not known:
-            return None
+            return METHODS[kind.method].seconds if kind.method in METHODS else None
         resolutions = {n for costs in known for n in costs}
         nearest = min(resolutions, key=lambda n: abs(math.log(n / kind.resolution)))
         alike = [costs[nearest] for costs in known if nearest in costs]
@@ -148,7 +151,7 @@ class Forecast:
                 sum(c[n].solving / c[n].realisations for c in both)
                 for n in (nearest, kind.resolution)
             )
-            doublings = math.log2(kind.resolution / nearest)
+            doublings = math.log2(max(kind.resolution, COARSE) / max(nearest, COARSE))
             grown = there / here if here > 0.0 else growth(kind.method) ** doublings
             solving *= jobs * kind.realisations / own[nearest].realisations * grown
         return beside + _repeated(solving, kind)

@@ -23,7 +23,7 @@ R = TypeVar("R")
 LINE, SCENE_LINE = 30.0, 1.0
 # Compilation shorter than this is the reading of what was compiled before.
 COMPILED = 2.0
-# A lower bound on the remaining seconds says nothing below this.
+# Remaining seconds that are worth a word.
 WORTH_SAYING = 1.0
 
 
@@ -113,9 +113,9 @@ class _Watcher:
         finished = [name for name in campaign.finished if name not in self._known]
         now = time.monotonic()
         pause = SCENE_LINE if finished else LINE
-        if done is not None and (now - self._said >= pause or solved == total):
+        if done is None or now - self._said >= pause or solved == total:
             at = f"done: {', '.join(finished)}" if finished else _task_line(done)
-            self._say(f"{progress(campaign)}, {at}")
+            self._say(", ".join(filter(None, (progress(campaign), at))))
             self._said = now
             self._known.update(finished)
 
@@ -139,7 +139,7 @@ def progress(campaign: Campaign[Any, Any]) -> str:
     done, total = campaign.counts
     text = f"solved {done} of {total}"
     remaining = campaign.remaining()
-    if done == total or remaining.seconds < (0.0 if remaining.complete else WORTH_SAYING):
+    if remaining.seconds < WORTH_SAYING:
         return text
     about = "about" if remaining.complete else "at least"
     return text + left_over(remaining.seconds, about)

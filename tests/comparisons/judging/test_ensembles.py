@@ -6,11 +6,11 @@ import pytest
 from comparisons.judging import refinement
 from comparisons.judging.comparison import FEWEST, compare
 from comparisons.judging.levels import Levels, ensemble_text
-from comparisons.judging.refinement import LINES_SHARE, SCATTER, enlarged
+from comparisons.judging.refinement import LINES_SHARE, SCATTER, enlarged, expected
 from comparisons.judging.truth import choose_truth
 from comparisons.judging.verdicts import Verdict
 from comparisons.scene.scene import load_scene
-from comparisons.solving.plan import task_of
+from comparisons.solving.plan import surface_cost, task_of
 from comparisons.solving.planning import plan_scene
 from comparisons.tasks.solution import Solution
 
@@ -93,6 +93,19 @@ def test_a_budget_that_is_too_small_is_said_and_the_first_surfaces_stay(first, m
     chosen = enlarged(plan, solved, "quick")
     assert numbers(chosen) == numbers(plan)
     assert any("than what 0 solves of 64 x 64 points cost" in note for note in chosen.notes)
+
+
+def test_more_surfaces_are_expected_of_an_ensemble_as_its_budget_or_the_scene_allows(first):
+    much, little, none = (
+        sum(
+            kind.realisations * surface_cost(kind.method, kind.resolution)
+            for kind in expected(first(realisations=most)[0], "quick")
+        )
+        for most in (100_000, 60, 1)
+    )
+    assert 0.5 * refinement.SURFACES_BUDGET["quick"] < much < refinement.SURFACES_BUDGET["quick"]
+    assert 0.0 < little < 0.5 * much
+    assert none == 0.0
 
 
 def test_no_scatter_asks_for_no_more_than_the_first_surfaces(first):

@@ -33,6 +33,13 @@ def test_a_finer_task_costs_more_by_the_growth_of_its_method(kind, method):
     assert math.isclose(forecast.cost(finer), METHODS[method].growth ** 2)
 
 
+def test_coarse_grids_cost_alike(kind):
+    """By the law of dense matrices 5 cells in a tenth of a second made ten minutes of 20."""
+    coarse, forecast = replace(kind, method="bem_dense", resolution=5), Forecast()
+    forecast.learn(coarse, 0.1)
+    assert math.isclose(forecast.cost(replace(coarse, resolution=20)), 0.1)
+
+
 def test_what_a_job_takes_beside_its_solve_does_not_grow_with_the_grid(kind):
     """Seconds around solves of a millisecond became minutes on a grid four times finer."""
     forecast = Forecast()
@@ -72,11 +79,15 @@ def test_short_solves_are_repeated_for_their_time_only_on_the_first_surfaces(kin
     assert math.isclose(forecast.cost(kind), 1.0 + solving)
 
 
+def test_before_any_job_one_of_our_methods_costs_what_it_once_did(kind):
+    expected = Forecast().remaining([kind, kind], 1)
+    assert (expected.seconds, expected.complete) == (2 * METHODS["bem_fft"].seconds, True)
+
+
 def test_an_unknown_method_makes_the_sum_a_lower_bound(kind):
     forecast = Forecast()
-    assert not forecast.remaining([kind], 1).complete
     forecast.learn(kind, 10.0)
-    both = [kind, replace(kind, method="fem")]
+    both = [kind, replace(kind, method="winkler")]
     assert forecast.remaining(both, 1).seconds == 10.0
     assert not forecast.remaining(both, 1).complete
 
@@ -92,4 +103,4 @@ def test_workers_share_the_work_but_not_a_task(kind):
 def test_what_was_lost_teaches_nothing(kind):
     forecast = Forecast()
     forecast.learn(kind, float("nan"))
-    assert forecast.cost(kind) is None
+    assert forecast.cost(kind) == METHODS["bem_fft"].seconds
