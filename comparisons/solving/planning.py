@@ -273,11 +273,6 @@ def plan_all(
     as they might have been prepared. InputError lists every problem of all scenes, or those that no
     method can do.
     """
-    try:
-        # Overrides are checked once, on a scene that is right: only they can be wrong there.
-        load_scene("paraboloid", overrides)
-    except SceneError as error:
-        raise SceneError(origin, error.problems) from error
     members: list[Source] = []
     for source in sources:
         suite = SUITES.get(source.lower()) if isinstance(source, str) else None
@@ -286,7 +281,11 @@ def plan_all(
     problems: list[str] = []
     for source in members:
         try:
-            scenes = load_scenes(source, overrides)
+            try:
+                scenes = load_scenes(source, overrides)
+            except SceneError as error:
+                load_scenes(source)  # of a scene that is right only the overrides can be wrong
+                raise SceneError(origin, error.problems) from error
             if sensitivity:
                 scenes = [variant for scene in scenes for variant in prepared_otherwise(scene)]
             for scene in scenes:
@@ -305,7 +304,7 @@ def plan_all(
     ]
     problems += _unsolvable(plans)
     if problems:
-        raise InputError("\n".join(problems))
+        raise InputError("\n".join(dict.fromkeys(problems)))
     return plans
 
 

@@ -263,6 +263,19 @@ def test_a_wrong_command_is_one_clear_message_and_nothing_is_written(
     assert files(tmp_path) == set()
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("rough-theories", "--loads", "mean_gap=1 um"),
+        ("plastic-ball", "--quantities", "residual_depth"),
+    ],
+)
+def test_options_are_held_against_the_scene_that_they_change(roughline, words):
+    """A paraboloid has no mean gap, and leaves no dent: what is right here was refused for it."""
+    assert roughline("run", *words, "--plan").code == 0
+    assert roughline("run", "paraboloid", *words[1:], "--plan").err.startswith("--methods, ")
+
+
 def test_problems_of_all_files_come_at_once(roughline, tmp_path):
     (tmp_path / "a.toml").write_text(SCENES["nu = 0.6"][0])
     (tmp_path / "b.toml").write_text(BALL.replace("10 mm", "-10 mm"))
