@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from typing import Any
 
+from pydantic import ValidationError
+
 from comparisons.facts.quantities import DEFAULT, DISTRIBUTIONS, TANGENTIAL, quantity
-from comparisons.scene.half_space import DEPTH_KEYS
+from comparisons.scene.half_space import DEPTH_KEYS, HalfSpace
 from comparisons.scene.loading import PRESCRIBED
 from comparisons.scene.physics.tables import TABLES
 
@@ -54,14 +57,33 @@ def combination_problems(data: Mapping[str, Any]) -> Iterator[str]:
             yield f"body: expected no {cause}: meshed bodies are elastic and frictionless"
         one_body = [name for name in tables if TABLES[name].one_body]
         if "counter_body" in data and one_body:
-            alike = data["counter_body"] == data.get("half_space") and "friction" in one_body
-            instead = (
-                "; two equal bodies act as one of half the modulus on a rigid one: drop "
-                'counter_body, halve E, set friction.coupling = "none"'
-            )
+            instead = ""
+            with suppress(ValidationError):  # wrong moduli are told elsewhere
+                below, above = (
+                    HalfSpace.model_validate(data.get(key))
+                    for key in ("half_space", "counter_body")
+                )
+                gigapascals = 1e-9 / (1 / below.modulus + 1 / above.modulus)
+                if "friction" in one_body and below == above:
+                    instead = (
+                        "; two equal bodies act as one of half the modulus on a rigid one: drop "
+                        'counter_body, halve E, set friction.coupling = "none"'
+                    )
+                elif one_body == ["plasticity"]:
+                    # the same pressures, and by its own nu the same stresses below them
+                    instead = (
+                        "; the half-space alone is as soft as both, and first yields at the same "
+                        f'load, with youngs_modulus = "{gigapascals * (1 - below.nu**2):.5g} GPa": '
+                        "drop counter_body (if its body yields, exchange the two before)"
+                    )
+                elif {"wear", "lubrication"}.issuperset(one_body):
+                    instead = (
+                        f'; effective_modulus = "{gigapascals:.5g} GPa" alone in [half_space] '
+                        "presses like both: drop counter_body"
+                    )
             yield (
                 f"counter_body: expected no {_either(one_body)} beside it: only the moduli of "
-                f"frictionless elastic bodies add up to one{instead if alike else ''}"
+                f"frictionless elastic bodies add up to one{instead}"
             )
         half_space = data.get("half_space")
         for key in DEPTH_KEYS:

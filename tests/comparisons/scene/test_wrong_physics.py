@@ -31,6 +31,14 @@ WRONG = {
             "half_space: expected E or G with nu: tangential contact needs two elastic constants",
         ),
         ({"loading": PULL, "counter_body": SOFT, **FRICTION}, "counter_body: expected no [fric"),
+        (
+            {"counter_body": SOFT, "plasticity": {"yield_stress": 1e6}, "half_space": SOFT},
+            'alone is as soft as both, and first yields at the same load, with youngs_modulus = "0',
+        ),
+        (
+            {"counter_body": SOFT, "wear": {"coefficient": 1e-13}, "half_space": SOFT},
+            'GPa" alone in [half_space] presses like both: drop counter_body',
+        ),
         (GLUE | SLIDES | {"viscoelastic": RUBBER}, "adhesion: expected no [sliding] beside it"),
         (
             {"viscoelastic": RUBBER, "loading": HISTORY | {"time": [0, 1]}},
