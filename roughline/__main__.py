@@ -11,9 +11,7 @@ import sys
 import time
 from types import FrameType
 
-from roughline.shadowed import SHADOWED, foreign_packages
-
-WRONG_INPUT, INTERRUPTED = 2, 3
+FINE, WRONG_INPUT, INTERRUPTED = 0, 2, 3
 # One press may come twice: `timeout` and some terminals tell the program and its whole group.
 SAME_PRESS = 0.5
 SHOW_CURSOR = b"\x1b[?25h"  # a bar on the terminal had hidden it
@@ -36,6 +34,11 @@ class Interrupts:
             signal.signal(signal.SIGINT, self._press)
         if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
             signal.signal(signal.SIGTERM, self._press)
+
+    @property
+    def pressed(self) -> bool:
+        """Whether one has come."""
+        return self._first < math.inf
 
     def ignore(self) -> None:
         """All is done and said: a ctrl-C that comes now would only spoil the exit code."""
@@ -75,6 +78,8 @@ def main() -> None:
     try:
         interrupts.listen()
         open_standard_streams()
+        from roughline.shadowed import SHADOWED, foreign_packages
+
         shadows = foreign_packages()
         if shadows:
             # before the first import that would end in a riddle
@@ -84,8 +89,14 @@ def main() -> None:
             from roughline.commands.app import run_command
 
             code = run_command(sys.argv[1:])
+            if interrupts.pressed and code not in (FINE, INTERRUPTED):
+                raise KeyboardInterrupt
         interrupts.ignore()
-    except KeyboardInterrupt:
+    except BaseException:
+        # Whatever ends a program that was interrupted: a class body (`__set_name__`) or a C
+        # extension that an interrupt meets raises an error of its own instead.
+        if not interrupts.pressed:
+            raise
         print("interrupted", file=sys.stderr)
         code = INTERRUPTED
         interrupts.ignore()

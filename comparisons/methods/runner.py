@@ -29,6 +29,8 @@ _DRAGGED = frozenset({"friction", "sliding"})
 
 def in_words(error: Exception) -> str:
     """Return an exception that a method should not raise, with the function that raised it."""
+    if isinstance(error.__cause__, KeyboardInterrupt):
+        raise error.__cause__  # it met a class body (`__set_name__`), which made an error of it
     if isinstance(error, MalformedError):
         return str(error)
     where = traceback.extract_tb(error.__traceback__)[-1]

@@ -116,8 +116,13 @@ def test_quantities_of_the_wrong_shape_are_a_failure_of_the_method(task, replace
     assert "force: expected 3 numbers, got an array of shape (2, 3)" in solution.reasons[0, 0]
 
 
-def test_a_keyboard_interrupt_is_no_failure_of_the_method(task, replace):
+@pytest.mark.parametrize("in_a_class_body", [False, True])
+def test_a_keyboard_interrupt_is_no_failure_of_the_method(task, replace, in_a_class_body):
+    """Python up to 3.11 makes a RuntimeError of one that meets a `__set_name__`."""
+
     def stop(solve, task):
+        if in_a_class_body:
+            raise RuntimeError from KeyboardInterrupt()
         raise KeyboardInterrupt
 
     replace("reduced", stop)

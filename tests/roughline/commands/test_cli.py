@@ -742,6 +742,21 @@ sys.stderr = Interrupting()
 __main__.main()
 """
 
+INTERRUPTED_IN_ANOTHER_NAME = """
+import os, signal
+from roughline import __main__
+from roughline.commands import app as cli
+
+def interrupted(*arguments, **options):
+    try:
+        os.kill(os.getpid(), signal.SIGINT)
+    except KeyboardInterrupt:
+        raise ENDING
+
+cli.app = interrupted
+__main__.main()
+"""
+
 INTERRUPTED_AND_BUSY = """
 import os, signal, sys, time
 from roughline import __main__
@@ -763,6 +778,16 @@ __main__.main()
 def test_control_c_while_a_control_c_is_dealt_with_is_no_traceback(tmp_path):
     """A key that is held down, or a method from outside that interrupts us."""
     with started("-c", INTERRUPTED_WHILE_SPEAKING, cwd=tmp_path) as process:
+        _, said = process.communicate(timeout=120)
+    assert (process.returncode, said) == (3, "interrupted\n")
+
+
+@pytest.mark.usefixtures("interruptible")
+@pytest.mark.parametrize("ending", ["RuntimeError", "ImportError", "SystemExit(1)"])
+def test_control_c_is_code_3_whatever_it_was_made_into(tmp_path, ending):
+    """By a class body that it met, an extension that was loading, a library that gives up."""
+    code = INTERRUPTED_IN_ANOTHER_NAME.replace("ENDING", ending)
+    with started("-c", code, cwd=tmp_path) as process:
         _, said = process.communicate(timeout=120)
     assert (process.returncode, said) == (3, "interrupted\n")
 
