@@ -211,6 +211,7 @@ def _verdicts(
             "method": method,
             "resolution": float(resolution),
             "ratio": ratio,
+            "steps": len(plan.loads.values),
         }
         asked: dict[str, Any] = {"quantity": name, "at": at, "tolerance": tolerance, "rms": rms}
         return Verdict(**decided, **setting, **asked, **more)

@@ -81,6 +81,7 @@ class Verdict(Judgement):
     signed: bool = True
     ratio: bool = True
     rms: Number = NAN  # root mean square of e over the load steps
+    steps: int = 0  # how many load steps there are; of a single one none is named
     reason: str = ""  # why there is no result
     # False for a quantity that the scene's solutions cannot answer for any method.
     counts: bool = True
@@ -107,6 +108,8 @@ class Verdict(Judgement):
         if self.outside_band == NEVER:
             return "within the scatter of single lines"
         steps = [int(step) for step in self.outside_band.split()]
+        if self.steps == 1:
+            return "beyond the scatter of single lines"
         if len(steps) == 1:
             return f"beyond the scatter of single lines at load step {steps[0]}"
         whole = steps[-1] - steps[0] + 1 == len(steps) > 2
@@ -119,11 +122,18 @@ class Verdict(Judgement):
         return fmt.plus_minus(self.error, self.uncertainty, signed=self.signed, ratio=self.ratio)
 
     @property
+    def has_step(self) -> bool:
+        """Whether a load step decided; none does where only round-off is left."""
+        return self.step >= 0 and self.number != "round-off"
+
+    @property
     def when(self) -> str:
         """The step that decided: "load step 4", "step 2", "last load"; "" for round-off."""
+        if self.steps == 1 or self.word == NO_RESULT:
+            return ""
         if self.at == LAST_LOAD:
             return LAST_LOAD
-        if self.step < 0 or self.number == "round-off":
+        if not self.has_step:
             return ""
         # Creeps, speeds, times and places along a path are steps, but no loads.
         return f"{'load step' if quantity(self.at).load else 'step'} {self.step + 1}"

@@ -233,6 +233,7 @@ def advise(record: SceneRecord) -> Advice:
                 "quantity": name,
                 "at": record.equal_at(name),
                 "tolerance": record.tolerance,
+                "steps": len(set(record.solved["step"])),
             }
             if name in nothing:
                 bars.append(Verdict(**asked, reason=nothing[name], counts=False))
@@ -329,7 +330,7 @@ def _single(record: SceneRecord) -> str:
     noun = "line" if METHODS[method].dimension == 1 else "surface"
     errors = [
         f"{quantity(v.quantity).label} {v.single}"
-        + (f" (load step {v.single_step + 1})" if v.single_step >= 0 else "")
+        + (f" (load step {v.single_step + 1})" if v.single_step >= 0 and v.steps != 1 else "")
         for v in known
     ]
     title = record.title_of(method)

@@ -234,14 +234,13 @@ def largest_error(scene: SceneRecord, verdict: Verdict) -> str:
     if verdict.word == NO_RESULT:
         return f"{symbol(verdict.quantity)}: {verdict.reason}"
     along, text = scene.along, f"{symbol(verdict.quantity)} {verdict.number}"
-    if not verdict.when or not quantity(along).load or not fmt.finite(verdict.resolution):
-        return f"{text} at {verdict.when}" if verdict.when else text
-    rows = scene.rows
-    own = (rows["step"] == verdict.step) & (rows["resolution"] == verdict.resolution)
-    loads = rows[along][own]
-    if not len(loads) or not fmt.finite(loads[0]):
-        return f"{text} at {verdict.when}"
-    return f"{text} at {symbol(along)} = {fmt.with_unit(loads[0], quantity(along).unit)}"
+    if verdict.has_step and quantity(along).load and fmt.finite(verdict.resolution):
+        rows = scene.rows
+        own = (rows["step"] == verdict.step) & (rows["resolution"] == verdict.resolution)
+        loads = rows[along][own]
+        if len(loads) and fmt.finite(loads[0]):
+            return f"{text} at {symbol(along)} = {fmt.with_unit(loads[0], quantity(along).unit)}"
+    return f"{text} at {verdict.when}" if verdict.when else text
 
 
 def _cost(group: list[_Standing]) -> str:

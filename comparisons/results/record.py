@@ -269,6 +269,11 @@ class SceneRecord:
         names = self.solved["method"]
         return {name: self.solved.where(names == name) for name in dict.fromkeys(names)}
 
+    @cached_property
+    def of_one_load(self) -> bool:
+        """Whether one load was solved: nothing is drawn over loads, and no step is named."""
+        return len(set(self.solved["step"])) == 1
+
     def solved_rows(self, method: str) -> Rows:
         """Return the converged load steps of one method."""
         by_method = self._solved_by_method

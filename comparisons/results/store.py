@@ -151,7 +151,7 @@ COST = (
     *("unknowns", "memory", "machine"),
 )
 NUMBERS = (
-    *("uncertainty", "word", "step", "low", "high"),
+    *("uncertainty", "word", "step", "steps", "low", "high"),
     *("single_low", "single_high", "single_step", "outside_band"),
 )
 

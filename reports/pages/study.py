@@ -39,7 +39,6 @@ from reports.tables.card import card, not_known_here
 from reports.tables.cells import Head, Table, table
 from reports.tables.judged import finding_table
 from reports.tables.runs import plan_rows
-from reports.tables.scene import values
 
 TURNING = "picture-view"
 FIXED_ERRORS = (0.01, 0.001)
@@ -185,7 +184,7 @@ def scene_view(scene: SceneRecord, anchor: str) -> SimpleNamespace:
             **drawn,
         },
         loads=stored.slider_steps(scene),
-        values=None if drawn["curves"] else values(scene),
+        values=tables.values_at_the_load(scene) if scene.of_one_load else None,
         spots=tables.spots(scene),
         settings=tables.settings(scene),
         times=times_to_errors(scene, advice),

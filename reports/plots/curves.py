@@ -44,7 +44,7 @@ def curves(scene: SceneRecord) -> list[Figure]:
     Before them a measured curve; beside those that coincide their ratios to the reference. None of
     a single load: points in empty plots say less than a table.
     """
-    if len(set(scene.solved["step"])) == 1 and not scene.plan.measured:
+    if scene.of_one_load and not scene.plan.measured:
         return []
     first = "penetration" if scene.control == "force" else "force"
     names = dict.fromkeys([first, "contact_area", *scene.quantities])

@@ -48,7 +48,12 @@ PREMISE = 0.1  # of the apparent area: rough lines are for real contact areas fa
 
 
 def errors(scene: SceneRecord) -> list[Figure]:
-    """Return the error magnitude of each compared quantity at every load step, on one scale."""
+    """Return the error magnitude of each compared quantity at every load step, on one scale.
+
+    None of a single load: its values and errors are in a table.
+    """
+    if scene.of_one_load:
+        return []
     tables: dict[str, dict[str, Rows]] = {}
     sizes = []
     for name in scene.quantities:

@@ -28,7 +28,7 @@ from reports.plots.figure import (
     outer,
 )
 from reports.plots.pressure import Field, leading_map, pressure_fields
-from reports.plots.stored import SliderSteps, slider_steps, stored_fields
+from reports.plots.stored import SliderSteps, at_last_load, slider_steps, stored_fields
 from reports.plots.style import CIRCLE, CONTACT, DASHED, DOTTED, INK, MUTED, Look, look
 
 MOST_LINE_POINTS = 1500
@@ -67,7 +67,7 @@ def _line_figure(scene: SceneRecord, fields: dict[str, np.ndarray]) -> Figure:
             "reduced-line",
             "Reduced model",
             "The first rough line of the reduced model. Points above the dashed level compress "
-            f"springs ({fmt.relative(share)} of the line at the last load).",
+            f"springs ({fmt.relative(share)} of the line{at_last_load(scene)}).",
             Axis("along the line x", scale=fmt.prefix_for(x, "m")),
             Axis("height h", scale=fmt.prefix_for(height, "m")),
             (line(LINE, x, height, 1.0), line(TOUCHING, x, touching, 3.0)),
@@ -88,7 +88,7 @@ def _profile_figure(scene: SceneRecord, fields: dict[str, np.ndarray]) -> Figure
     if x.min() >= 0:  # given on one side only
         x, height = np.concatenate([-x[::-1], x]), np.concatenate([height[::-1], height])
     moves = scene.control in NORMAL and not scene.is_path
-    reached = f"{fmt.with_unit(last, 'm')}{' at the last load' if moves else ''}"
+    reached = f"{fmt.with_unit(last, 'm')}{at_last_load(scene) if moves else ''}"
 
     def pressed_by(depth: float) -> Figure:
         inside = height <= depth
@@ -176,8 +176,8 @@ def failure_view(scene: SceneRecord) -> list[Figure]:
     surface = map_figure(
         "failure-surface",
         "Contact of the surface",
-        f"Heights, grey, and contacts, orange: {fmt.relative(touching)} of this surface at the "
-        f"last load. {look(item.method, scene).label}, N = {item.resolution}.{marks}",
+        f"Heights, grey, and contacts, orange: {fmt.relative(touching)} of this surface"
+        f"{at_last_load(scene)}. {item.label}.{marks}",
         frames,
         "contact_area",
     )
@@ -203,7 +203,7 @@ def _fractions(scene: SceneRecord, item: Field, loads: SliderSteps) -> list[Figu
             x = rows[along]
             drawn.append(Series(style.labelled(label), x, share, hover=label))
             steps.append(rows["step"])
-    if len(drawn) < 2:
+    if len(drawn) < 2 or scene.of_one_load:
         return []
     reached, places = (np.concatenate([getattr(series, axis) for series in drawn]) for axis in "yx")
     limits = padded(reached[reached > LEAST], 0.05, 0.2)  # a tick at least

@@ -17,7 +17,7 @@ from comparisons.results.record import SceneRecord
 from comparisons.tasks.shown_loads import SLIP, at_step, stored_steps
 from reports.plots.axes import log_axis
 from reports.plots.figure import NO_SCALE, Axis, Figure, Map, coarsened, line, map_figure, outer
-from reports.plots.stored import Fields, finest_fields, slider_steps
+from reports.plots.stored import Fields, at_last_load, finest_fields, slider_steps
 from reports.plots.style import DASHED, DOTTED, INK, MUTED, Look, look
 
 # Colours and section of a film end at this multiple of its central value: outside the gap is wide.
@@ -83,7 +83,7 @@ def films(scene: SceneRecord) -> list[Figure]:
         return []
     film, vapour, pressure, x, y = (stored.fields[name].reshape(shape) for name in names)
     central = float(film.ravel()[np.argmin(np.hypot(x, y))])
-    source, shown = f"{stored.source}, at the last load.", "film_central film_minimum"
+    source, shown = f"{stored.source}{at_last_load(scene)}.", "film_central film_minimum"
     cavity = "Oil comes from the left. Empty: vapour fills a part of the gap. "
     on_map = map_figure(
         "film-map",
@@ -179,7 +179,7 @@ def dents(scene: SceneRecord) -> list[Figure]:
                 "dent-map",
                 "Dents of the surface",
                 "Plastic displacement under a pressure that has reached the hardness. "
-                f"{flat.source}, at the last load.",
+                f"{flat.source}{at_last_load(scene)}.",
                 [Map(x, y, depth, "depth", fmt.prefix_for(depth, "m"), float(depth.max()))],
                 "residual_depth plastic_share contact_area",
             )
@@ -194,7 +194,7 @@ def dents(scene: SceneRecord) -> list[Figure]:
             *("surface_r", "surface_depth"),
         )
     )
-    source = f"{stored.source}, at the last load."
+    source = f"{stored.source}{at_last_load(scene)}."
     reach = BEYOND_YIELD * float(np.hypot(r, z)[strain > 0].max())
     near = (r < 1.5 * reach) & (z < 1.5 * reach)
     points = r[near], z[near]
@@ -241,7 +241,7 @@ def stresses_below(scene: SceneRecord) -> list[Figure]:
     stored = finest_fields(scene, "von_mises_highest")
     if stored is None:
         return []
-    source = f"{stored.source}, at the last load."
+    source = f"{stored.source}{at_last_load(scene)}."
     depth, highest = stored.fields["von_mises_depth"], stored.fields["von_mises_highest"]
     points = stored.fields["mesh_points"].reshape(len(depth), -1, 3)
     x, y = (np.unique(points[0, :, k]) for k in (0, 1))

@@ -23,7 +23,14 @@ from reports.plots.figure import (
     moving,
     outer,
 )
-from reports.plots.stored import NO_STEPS, SliderSteps, Stored, slider_steps, stored_fields
+from reports.plots.stored import (
+    NO_STEPS,
+    SliderSteps,
+    Stored,
+    at_last_load,
+    slider_steps,
+    stored_fields,
+)
 from reports.plots.style import look
 
 ELEMENTS = "fem"
@@ -140,7 +147,7 @@ def pressures(scene: SceneRecord) -> list[Figure]:
     if not any(item.rough for item in fields):
         radius, mean = _contact_scales(scene)
         if np.isfinite(radius):
-            return [_radial(fields, radius, mean, loads)]
+            return [_radial(scene, fields, radius, mean, loads)]
     maps = [item for item in fields if item.on_a_grid]
     if not maps:
         return []
@@ -157,7 +164,7 @@ def pressures(scene: SceneRecord) -> list[Figure]:
     views = _maps([grid, seen], loads)
     return [
         *views,
-        _difference(grid.on_grid_of(common), elements.on_grid_of(common), loads),
+        _difference(scene, grid.on_grid_of(common), elements.on_grid_of(common), loads),
         *cuts,
     ]
 
@@ -174,7 +181,9 @@ def _contact_scales(scene: SceneRecord) -> tuple[float, float]:
     return float("nan"), float("nan")
 
 
-def _radial(fields: list[Field], radius: float, mean: float, loads: SliderSteps) -> Figure:
+def _radial(
+    scene: SceneRecord, fields: list[Field], radius: float, mean: float, loads: SliderSteps
+) -> Figure:
     def along_radius(item: Field) -> Profile:
         """Return r/a and p/mean: of the grid row next to the x axis, or of all mesh points."""
         row = np.ones(len(item.x), dtype=bool)
@@ -190,8 +199,8 @@ def _radial(fields: list[Field], radius: float, mean: float, loads: SliderSteps)
     highest = max(float(np.nanmax(p, initial=0.0)) for curve in curves for _, p in curve)
     caption = (
         f"Contact pressure. a = {fmt.with_unit(radius, 'm')} is the contact radius and "
-        f"F/(πa²) = {fmt.with_unit(mean, 'Pa')} the mean pressure, both of the reference at the "
-        "last load."
+        f"F/(πa²) = {fmt.with_unit(mean, 'Pa')} the mean pressure, both of the reference"
+        f"{at_last_load(scene)}."
     )
     if highest > LARGEST_SHOWN:
         caption += " The pressure is singular; the plot ends at four times the mean."
@@ -324,7 +333,7 @@ def _maps(views: list[Field], loads: SliderSteps) -> list[Figure]:
     return figures
 
 
-def _difference(grid: Field, elements: Field, loads: SliderSteps) -> Figure:
+def _difference(scene: SceneRecord, grid: Field, elements: Field, loads: SliderSteps) -> Figure:
     """Return the pressure of the elements less that of the grid, on the same cells."""
     pairs = list(zip(grid.at_loads(loads), elements.at_loads(loads), strict=True))
     x, y, last = coarsened(*_shown(replace(grid, pressure=elements.pressure - grid.pressure)))
@@ -350,7 +359,7 @@ def _difference(grid: Field, elements: Field, loads: SliderSteps) -> Figure:
     caption = (
         f"{elements.label}, less {grid.label}, on the same cells: orange where finite elements "
         "press harder, blue where they press less (of many cells in a pixel, the largest "
-        "difference). Of the cells with any pressure in either at the last load, "
+        f"difference). Of the cells with any pressure in either{at_last_load(scene)}, "
         f"{fmt.relative(both / either)} have it in both."
     )
     if limit is not None:

@@ -48,6 +48,11 @@ def finest_fields(scene: SceneRecord, *names: str) -> Stored | None:
     return next((item for item in candidates if set(names) <= item.fields.keys()), None)
 
 
+def at_last_load(scene: SceneRecord) -> str:
+    """Return at which load something is drawn, for a caption: nothing where there is only one."""
+    return "" if scene.of_one_load else " at the last load"
+
+
 @dataclass(frozen=True)
 class SliderSteps:
     """The load steps of a scene's slider, counted from zero, their labels, and what they are."""

@@ -12,6 +12,7 @@ from comparisons.facts.quantities import DISTRIBUTIONS, quantity
 from comparisons.results.record import SceneRecord
 from reports.plots.axes import log_axis, log_ticks, padded, value_axis
 from reports.plots.figure import Axis, Figure, Series
+from reports.plots.stored import at_last_load
 from reports.plots.style import DOTTED, INK, MUTED, Look, drawing_order, look
 
 # What stands along the axis of a distribution: in words, with its symbol.
@@ -111,7 +112,7 @@ def distributions(scene: SceneRecord) -> list[Figure]:
             Figure(
                 f"distribution-{name}",
                 f"{row.label[0].upper()}{row.label[1:]}",
-                "Density at the last load, mean over surfaces or lines, normalised."
+                f"Density{at_last_load(scene)}, mean over surfaces or lines, normalised."
                 + law * (name in AT_ZERO),
                 replace(value_axis(name, x, log=True), quantity="", title=title, symbol=symbol),
                 log_axis(f"density times the mean, {row.symbol} ⟨{symbol}⟩", limits, _tick),

@@ -78,7 +78,8 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
         stresses(scene, scene.reference.method, int(steps[-1]), FROM_PRESSURE) if len(steps) else {}
     )
     if most.get("pressure_peak"):
-        lines.append(("highest pressure, last load", fmt.with_unit(most["pressure_peak"], "Pa")))
+        which = "" if scene.of_one_load else ", last load"
+        lines.append((f"highest pressure{which}", fmt.with_unit(most["pressure_peak"], "Pa")))
     if "von_mises_max" in most:
         stress = fmt.with_unit(most["von_mises_max"], "Pa")
         depth = fmt.with_unit(most["von_mises_depth"], "m")

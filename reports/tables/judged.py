@@ -41,12 +41,15 @@ def verdict_table(scenes: Iterable[SceneRecord], method: str, *, reasons: bool =
             judged = cells.verdict(judgement.word, text=text + because if reasons else text)
             sides = (scene.name, best) if first else ("", "")
             # where all loads agree to round-off none decides: those of all
-            true = true_value(scene, judgement.quantity, judgement.step if judgement.when else None)
+            true = true_value(
+                scene, judgement.quantity, judgement.step if judgement.has_step else None
+            )
             rows.append(
                 (sides[0], label, _error(judgement), judgement.when, judged, true, sides[1])
             )
     heads = ("scene", "quantity", "largest error", "at", "verdict", TRUE, "cheapest")
-    return table(heads, rows, title=_headline(method))
+    found = table(heads, rows, title=_headline(method))
+    return found if any(row[3] for row in rows) else found.without("at")
 
 
 def finding_table(scenes: Sequence[SceneRecord], method: str) -> Table:

@@ -73,6 +73,24 @@ def values(scene: SceneRecord) -> Table:
     return Table(tuple(heads), tuple(body), title=title)
 
 
+def values_at_the_load(scene: SceneRecord) -> Table:
+    """Return the values at the only load of a scene with their errors, in place of plots."""
+    known = values(scene)
+    rows = []
+    for row in known.rows:
+        errors = [
+            cells.error(item.error, item.uncertainty, item.number)
+            if item.word != NO_RESULT
+            else cells.NOTHING
+            for item in scene.verdicts_on(row[0].method)
+        ]
+        if row[0].method == scene.reference.method:
+            errors = [cells.number("reference", 0.0)] * len(errors)
+        rows.append((*row, *errors))
+    heads = [Head(f"error of {quantity(name).label}", "uncertainty") for name in scene.quantities]
+    return Table((*known.heads, *heads), tuple(rows)).without("load step")
+
+
 def stresses(
     scene: SceneRecord, method: str, step: int, asked: set[str] | frozenset[str]
 ) -> dict[str, float]:
@@ -121,7 +139,7 @@ def spots(scene: SceneRecord) -> list[Table]:
         if leading.share is not None
         else "Areas are of counted cells, less what these add at a rim."
     )
-    labels, known = loads.labels or ("last load",), []
+    labels, known = loads.labels or ("" if scene.of_one_load else "last load",), []
     for item in leading.at_loads(loads):
         pressure = np.zeros(shape) if item is None else item.pressure.reshape(shape)
         found = patches(pressure > 0, tuple(spacing), periodic)
@@ -157,10 +175,10 @@ def spots(scene: SceneRecord) -> list[Table]:
             scaled = [value * factor for value, factor in zip(row, factors, strict=True)]
             body.append([cells.number(fmt.number(value), value) for value in scaled])
             body[-1][1] = cells.relative(row[1])
-        note = (
-            f"{label[0].upper()}{label[1:]}: {fmt.count(count)} contacts, the largest {len(body)} "
-            f"by area. {leading.label}. Cells that meet across an edge are one contact; x, y: the "
-            f"centre of its force. {how}"
+        note = f"{label[0].upper()}{label[1:]}: " if label else ""
+        note += (
+            f"{fmt.count(count)} contacts, the largest {len(body)} by area. {leading.label}. Cells "
+            f"that meet across an edge are one contact; x, y: the centre of its force. {how}"
         )
         tables.append(cells.table(heads, body, note=note))
     return tables

@@ -56,7 +56,7 @@ def test_the_time_of_one_line_stands_beside_the_errors_of_single_lines(record):
     assert verdict.single == "+23 to +77\u202f%"
     assert (verdict.single_low, verdict.single_high) == pytest.approx((0.23, 0.77))
     assert "takes 1.0\u202fms" in advise(record).single
-    assert "contact area +23 to +77\u202f% (load step 1)" in advise(record).single
+    assert "contact area +23 to +77\u202f%." in advise(record).single
 
 
 def test_a_method_that_is_compared_with_itself_is_marked(record):

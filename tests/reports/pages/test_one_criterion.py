@@ -175,11 +175,23 @@ def test_the_finding_answers_what_to_use_for_a_ball_and_what_for_an_ellipsoid():
 
 
 def test_of_a_single_load_there_is_a_table_in_place_of_curves():
-    """A curve of one point is an empty plot; the values stand in a table, and Hertz's in it."""
+    """A curve of one point is an empty plot; the values and errors stand in a table, Hertz's too.
+
+    Nothing names the load step: there is no other.
+    """
     one = {"loading": {"penetration": ["1 um"]}, "compare.quantities": ["force"]}
     view = scene_view(solved("paraboloid", COARSE | one), "scene-1")
     assert not view.figures["curves"]
-    assert "closed form" in {row[0].text for row in view.values.rows}
+    assert not view.figures["errors"]
+    rows = {row[0].text: row for row in view.values.rows}
+    assert rows["closed form"][-1].text == "reference"
+    (verdict,) = view.others["FFT BEM"].values()
+    assert rows["FFT BEM"][-1].text == verdict.number
+    assert verdict.text == f"force {verdict.number}"
+    captions = [figure.caption for group in view.figures.values() for figure in group]
+    said = " ".join([verdict.where, *(head.text for head in view.values.heads), *captions])
+    assert "step 1" not in said
+    assert "last load" not in said
 
 
 def test_the_page_of_one_scene_has_the_errors_of_every_solver():

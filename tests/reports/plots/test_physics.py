@@ -20,7 +20,7 @@ from reports.plots.pressure import pressure_fields
 from reports.plots.stored import SliderSteps, Stored, slider_steps
 from reports.tables import scene as tables
 
-SCENE = SimpleNamespace(control="sliding_distance")
+SCENE = SimpleNamespace(control="sliding_distance", of_one_load=False)
 
 
 @pytest.fixture
