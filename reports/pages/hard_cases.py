@@ -9,7 +9,7 @@ import numpy as np
 from comparisons import formatting as fmt
 from comparisons.questions.hard_cases.case import HardCasesRecord, OutcomeRecord
 from reports.pages.page import render
-from reports.plots.axes import FOOT_NOTE, error_axis, failed, log_axis, parted, with_foot
+from reports.plots.axes import FOOT_NOTE, error_axis, failed, parted, time_axis, with_foot
 from reports.plots.figure import Figure, Level, Series
 from reports.plots.style import DOTTED, MUTED, drawing_order, look
 
@@ -84,7 +84,7 @@ def stability(record: HardCasesRecord) -> Figure | None:
         "stability",
         "Hard cases: time and error",
         CAPTION,
-        log_axis("time", (first, last), fmt.duration),
+        time_axis("time", (first, last)),
         with_foot(error_axis(low, high, "largest error"), series),
         tuple(drawn for drawn in series if len(drawn.x)),
         levels=(Level(0.01, colour=MUTED, dash=DOTTED),),

@@ -11,21 +11,21 @@ from comparisons.facts.quantities import quantity
 from comparisons.judging.verdicts import OUTSIDE
 from comparisons.questions.problems.board import Board, Judged
 from reports.pages.page import render
-from reports.plots.axes import error_axis, log_axis
+from reports.plots.axes import error_axis, time_axis
 from reports.plots.figure import Figure, Level, Series
-from reports.plots.style import CONTACT, DOTTED, INK, MUTED, Look
+from reports.plots.style import CONTACT, DOTTED, INK, LOOKS, MUTED, Look
 from reports.tables import cells
 from reports.tables.cells import Cell, Table, table
 
 SMALLEST = 1e-12  # the bar of a closed form
 MARGIN = 2.0
 CAPTION = (
-    "A marker per entry, at the time that its author states and its largest error, the bar of the "
-    "reference included. Joined: entries that none beats in both. Dotted: the tolerance of the "
-    "sheet; hollow: outside it. Entries without a time, or without all quantities, stand in the "
-    "table only."
+    "Each entry at the time that its author states and its largest error, the bar of the reference "
+    "included. Orange, joined: the front, entries that none beats in both. Dotted, grey: the "
+    "tolerance of the sheet; hollow: outside it. Entries without a time, or without all "
+    "quantities, stand in the table only."
 )
-FRONT, OTHER = Look("front", CONTACT, dash=DOTTED), Look("other entries", INK)
+FRONT = Look("front", CONTACT, dash=DOTTED)
 
 
 def leaderboard_page(boards: Sequence[Board], refused: Sequence[str]) -> str:
@@ -82,15 +82,23 @@ def front_plot(board: Board) -> Figure | None:
     tolerance = board.sheet.tolerance
     span = times.min() / MARGIN, times.max() * MARGIN
     edges = min(errors.min(), tolerance) / MARGIN, max(errors.max(), tolerance) * MARGIN
-    others = [judged for judged in placed if judged not in board.front]
-    series = _series(FRONT, board.front, line=True)
-    if others:
-        series += _series(OTHER, others, line=False)
+    series = []
+    if board.front:
+        x, y = (np.array(v) for v in zip(*map(_place, board.front), strict=True))
+        series.append(Series(FRONT, x, y, marks=False))
+    looks = list(LOOKS.values())
+    for number, judged in enumerate(placed):
+        entry, (x, y) = judged.entry, map(np.atleast_1d, _place(judged))
+        colour = CONTACT if judged in board.front else INK
+        own = Look(entry.solver, colour, looks[number % len(looks)].marker, size=10)
+        wrong = judged.verdicts[judged.worst].word == OUTSIDE
+        said = f"{entry.solver}: {fmt.relative(judged.error)} in {fmt.duration(entry.seconds)}"
+        series.append(Series(own, x, y, line=False, hollow=wrong, hover=(said,)))
     return Figure(
         f"board-{board.sheet.id.lower()}",
         f"{board.sheet.id}: time and error",
         CAPTION,
-        log_axis("time as stated", span, fmt.duration),
+        time_axis("time as stated", span),
         error_axis(*edges, "largest error"),
         tuple(series),
         levels=(Level(tolerance, colour=MUTED, dash=DOTTED),),
@@ -99,20 +107,3 @@ def front_plot(board: Board) -> Figure | None:
 
 def _place(judged: Judged) -> tuple[float, float]:
     return float(judged.entry.seconds or np.nan), max(judged.error, SMALLEST)
-
-
-def _series(look: Look, entries: Sequence[Judged], *, line: bool) -> list[Series]:
-    """Return the entries within or not resolved, and those outside, hollow: each has its legend."""
-    x, y = (np.array(v) for v in zip(*map(_place, entries), strict=True))
-    wrong = np.array([judged.verdicts[judged.worst].word == OUTSIDE for judged in entries])
-    hover = tuple(
-        f"{judged.entry.solver}: {fmt.relative(judged.error)} in "
-        f"{fmt.duration(judged.entry.seconds)}"
-        for judged in entries
-    )
-    drawn = [Series(look, x, y, marks=False, legend=False)] if line else []
-    for hollow in sorted(set(wrong.tolist())):
-        style = look.labelled(f"{look.label}, outside") if hollow else look
-        shown = np.where(wrong == hollow, y, np.nan)
-        drawn.append(Series(style, x, shown, line=False, hollow=hollow, hover=hover))
-    return drawn

@@ -1,6 +1,7 @@
 """The commands of numbered problems, and their page."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -98,6 +99,19 @@ def test_texts_of_strangers_are_inert_on_the_page(blank, submit, tmp_path):
     page = (tmp_path / "board" / "report.html").read_text(encoding="utf-8")
     assert "<script>x</script>" not in page
     assert "&lt;script&gt;x&lt;/script&gt;" in page
+
+
+def test_every_marker_of_the_plot_is_named_by_its_solver(blank, submit, tmp_path):
+    """In print and on a phone nothing hovers; the markers differ, and a wrong one is hollow."""
+    board = tmp_path / "board"
+    for solver, factor in (("mine 1.0", 1.0), ("theirs 2.0", 1.002), ("wrong 3.0", 1.03)):
+        submit(filled(blank, factor, solver=solver), "--leaderboard", str(board))
+    page = (board / "report.html").read_text(encoding="utf-8")
+    named = re.findall(r'"mode":"markers","name":"([^"]*)".*?"symbol":"([^"]*)"', page)
+    assert [name for name, _ in named] == ["mine 1.0", "theirs 2.0", "wrong 3.0"]
+    symbols = [symbol for _, symbol in named]
+    assert len(set(symbols)) == 3
+    assert [symbol.endswith("-open") for symbol in symbols] == [False, False, True]
 
 
 def test_a_wrong_entry_adds_nothing(blank, submit, tmp_path):
