@@ -119,16 +119,25 @@ class Study(Campaign[None, StudyRecord]):
         jobs = {task.key: task for task in tasks}
         self._own.update(jobs)
         self._asked.update(jobs)
-        work = partial(solve_task, every_field=True) if self.paraview else solve_task
         finest = _finest({plan.scene.name: plan for plan in self.plans})
         for task in jobs.values() if self.resume else ():
             path, setting = self._path(task), (task.scene.name, task.method)
-            # A whole run kept only what its pages showed: less of all but the finest grids.
+            # A run kept only what its pages showed: less of all but the finest grids.
             more = self.paraview and not path.with_suffix(".vtu").exists()
             more |= finest[setting] == task.resolution < self._finest_before.get(setting, 0)
             if more and task.realisations[0] == 0:
                 path.unlink(missing_ok=True)
-        return [solve_job(task, work) for task in jobs.values()]
+        return [
+            solve_job(
+                task,
+                partial(
+                    solve_task,
+                    finest=task.resolution == finest[task.scene.name, task.method],
+                    every_field=self.paraview,
+                ),
+            )
+            for task in jobs.values()
+        ]
 
     def remaining(self) -> Remaining:
         """Return the remaining time, to the end of the report."""
@@ -224,8 +233,7 @@ class Study(Campaign[None, StudyRecord]):
                 "scenes, or choose another --out"
             )
         self._merged = record.runs
-        if not record.interrupted:
-            self._finest_before = _finest({scene.name: scene.plan for scene in record.scenes})
+        self._finest_before = _finest({scene.name: scene.plan for scene in record.scenes})
         return record.seconds
 
     def lost(self) -> list[tuple[Task, str]]:
@@ -312,16 +320,22 @@ def _joined(plan: Plan, solution: Callable[[Task], Solution | None]) -> Solved:
     return solved
 
 
-def solve_task(task: Task, *, every_field: bool = False) -> Solution:
+def solve_task(task: Task, *, finest: bool = True, every_field: bool = False) -> Solution:
     """Solve a task with cached code, so that the compiling process does not matter.
 
-    Only fields of the first surface are shown, so those of other blocks are not transferred; what
+    Only fields of the first surface are shown, so those of other blocks are not transferred; those
+    in the body and of earlier loads only on the `finest` grid of a method when it is solved. What
     no page shows of it only where ParaView asks for `every_field`.
     """
+    if not (finest or every_field):
+        task = replace(task, with_body=False)
     apart = compile_apart(task)
     # The time of an ensemble is measured on its first surfaces again and again, on the rest once.
     first = task.realisations[0] == 0
     solution = execute(task) if first else execute(task, repeats=1)
     solution.compile_seconds += apart
     solution.fields = shown(solution.fields, all_of_them=every_field) if first else {}
+    if not (finest or every_field):
+        for name in [name for name in solution.fields if name.startswith(SHOWN_ONLY)]:
+            del solution.fields[name]
     return solution

@@ -59,7 +59,7 @@ class Plan(PlanRecord):
                 planned.method,
                 resolution,
                 block,
-                # on every grid: which one is the finest changes as grids are added, keys must not
+                # whichever is the finest: that changes as grids are added, keys must not
                 with_body=pictured and block[0] == 0,
             )
             for planned in self.methods

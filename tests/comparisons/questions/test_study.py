@@ -23,7 +23,7 @@ from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene
 from comparisons.tasks import task as task_module
-from comparisons.tasks.shown_loads import stored_steps
+from comparisons.tasks.shown_loads import SHOWN_ONLY, stored_steps
 
 # Columns that differ from run to run by their nature.
 CLOCK = ["seconds", "setup_seconds", "seconds_all", "setup_seconds_all", "compile_seconds"]
@@ -106,6 +106,17 @@ def test_the_finest_grid_keeps_its_earlier_loads_when_a_run_is_resumed_with_fewe
         plans = plan_scene(scene(compare=compared | {"resolutions": resolutions}))
         (record,) = Study(plans, tmp_path / "out", resume=resolutions == [6]).run().scenes
     assert stored_steps(record.load_fields("bem_fft", 6)) == [0, 1]
+
+
+def test_the_body_is_stressed_on_the_finest_grid_alone(scene):
+    """Pages show no other; on it stresses take as long as a solve."""
+    compared = {"methods": ["fem"], "resolutions": [2], "quantities": ["force", "pressure"]}
+    (task,) = (t for t in plan_scene(scene(compare=compared))[0].tasks if t.method == "fem")
+    fine, coarse = (study_module.solve_task(task, finest=finest) for finest in (True, False))
+    shown_only = {name for name in fine.fields if name.startswith(SHOWN_ONLY)}
+    assert {"mesh_von_mises", "step.0.pressure"} <= shown_only
+    assert set(coarse.fields) == set(fine.fields) - shown_only
+    np.testing.assert_array_equal(coarse.fields["pressure"], fine.fields["pressure"])
 
 
 def test_a_run_that_is_killed_while_it_writes_leaves_no_verdicts_beside_other_rows(
