@@ -14,6 +14,7 @@ def refuses(scene):
 @method("winkler", title="Winkler foundation", resolutions=(20, 40, 80), refuses=refuses)
 def winkler(task, load, realisation):
     """Springs of stiffness E*/a per area under the undeformed surface."""
+    # what the scene says: task.scene.indenter.radius, task.scene.half_space.youngs_modulus, ...
     a = task.geometry.contact_radius  # at the largest load: the springs' scale
     axis = (np.arange(-task.resolution, task.resolution) + 0.5) * 1.5 * a / task.resolution
     x, y = np.meshgrid(axis, axis)
