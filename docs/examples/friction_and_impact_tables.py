@@ -1,4 +1,4 @@
-"""Make the tables of docs/friction-and-impact.md: the law (19.1), and a mass on a contact (19.3).
+"""Make the tables of docs/friction.md: the law (19.1), and a mass on a contact (19.3).
 
 Run from the repository's root (about a minute on one core). Tables that the page shows are written
 into it, others are printed; all of them, or those that are named::
@@ -35,7 +35,7 @@ from reference.dynamics.coulomb import march, stick_slip
 from reference.dynamics.event_driven import follow
 from reports.tables.written import rewrite
 
-PAGE = Path(__file__).resolve().parents[1] / "friction-and-impact.md"
+PAGE = Path(__file__).resolve().parents[1] / "friction.md"
 
 
 def seconds(task: Callable[[], object], repeats: int = 3) -> float:

@@ -1,4 +1,4 @@
-"""Make the tables of docs/tangential-contact.md: springs and half-space with friction.
+"""Make the tables of docs/friction.md: springs and half-space with friction.
 
 Run from the repository's root (two minutes on one core). Tables that the page shows are written
 into it, others are printed; all of them, or those that are named::
@@ -31,7 +31,7 @@ from reference.halfspace.friction import FrictionalPress, FrictionStep, sweep, t
 from reference.halfspace.traction import Compliance, NormalAndTangential
 from reports.tables.written import rewrite
 
-PAGE = Path(__file__).resolve().parents[1] / "tangential-contact.md"
+PAGE = Path(__file__).resolve().parents[1] / "friction.md"
 MU = 0.3
 NUS = (0.0, 0.2, 0.3, 0.4, 0.5)
 

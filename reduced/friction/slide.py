@@ -6,7 +6,7 @@ load is constant along any path of tangential force or displacement (`slide`), o
 changes on the way, too (`follow`).
 
 Exact for every body of revolution, but for the coupling of normal and tangential displacements and
-slip across the load (Jaeger 1995; docs/tangential-contact.md).
+slip across the load (Jaeger 1995; docs/friction.md).
 
 A row of springs is a Prandtl-Ishlinskii model, determined by its first loading curve phi: after a
 reversal every spring needs twice its threshold w(x) = d - g(x), so the force changes from the

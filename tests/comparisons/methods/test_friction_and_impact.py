@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[3]
 
 
 def block_of(name):
-    page = (ROOT / "docs" / "friction-and-impact.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "friction.md").read_text(encoding="utf-8")
     (block,) = re.findall(f"<!-- table: {name} -->\n(.*?)\n<!-- end -->", page, re.DOTALL)
     return block
 
