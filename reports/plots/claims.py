@@ -9,6 +9,7 @@ import numpy as np
 
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import quantity
+from comparisons.geometry.plausibility import STEEPEST
 from comparisons.judging.verdicts import NOT_RESOLVED, OUTSIDE, WITHIN, judged
 from comparisons.questions.claims.nearest import Measured, Nearest, nearest_to
 from comparisons.questions.claims.record import (
@@ -21,13 +22,14 @@ from comparisons.questions.claims.wording import error_text, value
 from comparisons.results.record import SceneRecord
 from reports.plots.axes import error_axis, error_range, tolerance_line
 from reports.plots.figure import Axis, Figure, Series, Stretch
-from reports.plots.style import BLUE, CIRCLE, GREEN, INK, VERMILION, Look, Marker
+from reports.plots.style import BLUE, CIRCLE, DOTTED, GREEN, INK, MUTED, VERMILION, Look, Marker
 
 LOOKS = {
     WITHIN: Look("within", GREEN, CIRCLE, size=9),
     OUTSIDE: Look("outside", VERMILION, Marker("x", "X"), size=9),
     NOT_RESOLVED: Look("not resolved", BLUE, CIRCLE, size=9),
 }
+STEEP = Look("slopes too large: agreement says nothing", MUTED, CIRCLE, DOTTED, 6)
 BOUNDARY = Look("boundary", INK, CIRCLE, size=4)
 SCENE = Look("scene of this study", INK, Marker("diamond-tall", "d"), size=13)
 FEWEST = 4  # points that carry a shaded interval
@@ -166,13 +168,14 @@ def validity_map(scenes: Sequence[SceneRecord]) -> Figure | None:
     if not rows:
         return None
     # The measured points of each claim by their word, those that hold joined to a bar.
-    series = []
+    series, caption = [], VALIDITY
     claims = [items[0][1].measured for items in rows.values()]
-    for word, style in LOOKS.items():
+    for word, style in {**LOOKS, STEEP.label: STEEP}.items():
         points: list[tuple[float, float, str]] = []
         for row, measured in enumerate(claims):
             for place, error, bar in measured.points:
-                own = judged(error, bar, measured.tolerance).word == word
+                found = judged(error, bar, measured.tolerance).word
+                own = (found if place <= measured.until else STEEP.label) == word
                 text = f"claim {measured.claim}: {measured.parameter} = {place:.3g}"
                 text += f"\n{fmt.plus_minus(error, bar)}"
                 points.append((_place(measured, place) if own else np.nan, float(row), text))
@@ -180,7 +183,11 @@ def validity_map(scenes: Sequence[SceneRecord]) -> Figure | None:
         x, y, hover = zip(*points, strict=True)
         if np.isfinite(x).any():
             at = np.array(x), np.array(y)
-            series.append(Series(style, *at, line=word == WITHIN, hover=hover, width=6.0))
+            joined = style in (LOOKS[WITHIN], STEEP)
+            if style == STEEP:
+                steep = f"d/a above {STEEPEST}, slopes that every method takes as small"
+                caption += f" Dotted: {steep}."
+            series.append(Series(style, *at, line=joined, hover=hover, width=6.0))
     marks = []
     for row, items in enumerate(rows.values()):
         for name, answer in items:
@@ -197,9 +204,9 @@ def validity_map(scenes: Sequence[SceneRecord]) -> Figure | None:
     return Figure(
         "validity",
         "Validity map: where these scenes stand",
-        VALIDITY,
+        caption,
         Axis(
-            "parameter of the row, from its least to its largest measured value",
+            "parameter of the row",
             limits=(-0.05, 1.05),
             ticks=ends,
         ),

@@ -284,8 +284,9 @@ def _axis(axis: Axis) -> dict[str, Any]:
     if axis.ticks:
         layout["tickvals"] = numbers([value for value, _ in axis.ticks], axis.scale.factor)
         layout["ticktext"] = [text for _, text in axis.ticks]
-        if not axis.log:
-            layout |= {"automargin": True, "zeroline": False}  # names in place of numbers
+        if not axis.log:  # names in place of numbers; long ones on two lines, for phones
+            names = [inert(text).replace(": ", "<br>") for _, text in axis.ticks]
+            layout |= {"ticktext": names, "automargin": True, "zeroline": False}
     return layout
 
 

@@ -19,6 +19,7 @@ from comparisons import formatting as fmt
 from comparisons.errors import InputError
 from comparisons.facts.methods import MODEL
 from comparisons.facts.quantities import quantity
+from comparisons.geometry.plausibility import STEEPEST
 from comparisons.judging.verdicts import NOT_RESOLVED, OUTSIDE, WITHIN, WORST_FIRST, judged
 from comparisons.questions.claims.record import HOLDS, STORED, load_claims_record
 from comparisons.results.record import SceneRecord
@@ -39,7 +40,8 @@ class Measured:
     """What a full run measured of a claim: e and u at each value of its parameter.
 
     `fixed` is what stood still meanwhile and a scene may have otherwise: its value, by its symbol.
-    A claim that holds and is `proved` holds beyond what was measured, too.
+    A claim that holds and is `proved` holds beyond what was measured, too. Beyond `until` slopes
+    are too large for every method, so that their agreement says nothing.
     """
 
     claim: str
@@ -49,6 +51,7 @@ class Measured:
     points: tuple[Point, ...]
     fixed: Mapping[str, float] = field(default_factory=dict)
     proved: bool = False
+    until: float = np.inf
 
     @property
     def ends(self) -> Stretch:
@@ -316,6 +319,7 @@ def measured() -> Mapping[str, Measured]:
             points,
             FIXED.get(claim.id, {}),
             claim.verdict == HOLDS and bool(claim.theorem),
+            UNTIL.get(claim.id, np.inf),
         )
     return found
 
@@ -323,6 +327,8 @@ def measured() -> Mapping[str, Measured]:
 # Of the surfaces of claims on roughness along the load (`hurst` of rough_area.toml); the load of
 # claims along H.
 HURST, LOAD = 0.8, 0.01
+# Where slopes are too large for every method: d/a = `STEEPEST`, of a ball d = a artanh(a/R).
+UNTIL = {"transform-sphere": STEEPEST * float(np.tanh(STEEPEST))}
 # What stood still while a claim was measured, by its symbol.
 FIXED: dict[str, dict[str, float]] = {
     "rough-area": {"H": HURST},

@@ -422,6 +422,15 @@ def test_the_map_has_a_row_for_each_claim_and_a_point_for_each_scene(study):
     assert validity_map(()) is None
 
 
+def test_the_row_of_a_ball_ends_where_every_method_takes_large_slopes_as_small(study):
+    """From d/a = 0.3 on, d/R = 0.087 of a ball: the points at 0.1, 0.32 and 1 of 9 say nothing."""
+    ball = replace(study.scenes[0], text=load_scene("sphere").text)
+    figure = validity_map([ball])
+    x = {item.look.label: np.unique(item.x[np.isfinite(item.x)]) for item in figure.series}
+    assert x["within"] == pytest.approx(np.arange(6) / 8)
+    assert x["slopes too large: agreement says nothing"] == pytest.approx(np.arange(6, 9) / 8)
+
+
 def test_damaged_scenes_and_such_with_files_are_left_out(study):
     """A folder may be a stranger's: no file that it names is opened for a map."""
     ball = study.scenes[0]
