@@ -1,8 +1,8 @@
 """Make the arena: all codes on the same cases, ours, live ones of others, and printed numbers.
 
-Writes a page, and its first table into docs/live-codes.md where no code is missing. Interpreters
+Writes a page, and its first table into docs/other-codes.md where no code is missing. Interpreters
 of live codes are those of ``ROUGHLINE_PYTHON_DRAKE`` and so on. FOLDER, which may be left out, has
-the numbers of others (docs/others.md). Run from the repository's root::
+the numbers of others (docs/other-codes.md). Run from the repository's root::
 
     python docs/examples/arena.py FOLDER
 """
@@ -34,7 +34,7 @@ from reports.tables.cells import Cell, Table, table
 from reports.tables.written import rewrite
 from roughline.commands import say
 
-PAGE, DOCS = Path("roughline-results/arena/report.html"), Path("docs/live-codes.md")
+PAGE, DOCS = Path("roughline-results/arena/report.html"), Path("docs/other-codes.md")
 TOLERANCE = 0.01
 HEADS = ("case", "code", "quantity", "largest error", "within 1 %?", "time")
 OURS, GRIDS = ("closed_form", "reduced", "bem_dense", "bem_fft"), ("tamaas", "contactmechanics")

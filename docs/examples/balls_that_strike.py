@@ -1,4 +1,4 @@
-"""Hold curves of Chung & Ooi (2011) against balls of the suite: the tables of docs/others.md.
+"""Hold curves of Chung & Ooi (2011) against balls of the suite: the tables of docs/other-codes.md.
 
 The data stay where they are: a folder with ``kratos_chung_ooi``, the curves as Kratos has digitised
 them. Run from the repository's root; ``--cases`` prints every point; ``impacts`` solves impacts by

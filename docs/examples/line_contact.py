@@ -1,4 +1,4 @@
-"""Judge Kratos on Hertz's line contact: the table of Kratos in docs/live-codes.md.
+"""Judge Kratos on Hertz's line contact: the table of Kratos in docs/other-codes.md.
 
 A rigid parabolic cylinder on a block in plane strain: the pressure in the middle over Hertz's at
 the same force, of Kratos and of the nine-node elements of `who_is_right.py` on the same block.

@@ -1,4 +1,4 @@
-"""Hold numbers that CONTACT prints against the suite's solvers: the tables of docs/others.md.
+"""Hold numbers that CONTACT prints against the suite's solvers: the tables of docs/other-codes.md.
 
 The data stay where they are: a folder with ``contact_cmcc/cases.csv``, the printed results of
 CONTACT's examples (Vollebregt & Kalker; as of July 2025), of which two cases in three are stored.

@@ -1,4 +1,4 @@
-"""Judge the stored values of other codes' contact tests: the last table of docs/others.md.
+"""Judge the stored values of other codes' contact tests: the last table of docs/other-codes.md.
 
 The numbers stay where they are: in the folder that `numbers_of_others.py` reads, and a few in
 `who_is_right.toml`, beside the provenance of all. Each problem is solved in its own geometry. Run

@@ -16,7 +16,7 @@ from reference.closed_form import rounded_punch
 
 ROOT = Path(__file__).parents[2]
 SCRIPT = ROOT / "docs" / "examples" / "who_is_right.py"
-PAGE = (ROOT / "docs" / "others.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "other-codes.md").read_text(encoding="utf-8")
 FOLDER = os.environ.get("ROUGHLINE_OTHERS")
 needs_numbers = pytest.mark.skipif(not FOLDER, reason="ROUGHLINE_OTHERS names no folder")
 

@@ -214,7 +214,7 @@ class Slippy(LiveCode):
     """slippy's boundary elements, 128 x 128 cells over six contact radii for each load."""
 
     name = "slippy"
-    code = Code("slippy", {"slippy": "0.2.0"}, "see docs/live-codes.md")
+    code = Code("slippy", {"slippy": "0.2.0"}, "see docs/other-codes.md")
     wants = "slippy is told the depth: prescribe penetrations"
 
     def fail_steps(
