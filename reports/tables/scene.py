@@ -133,9 +133,10 @@ def spots(scene: SceneRecord) -> list[Table]:
     spacing = np.array([np.diff(outer(axis))[0] for axis in leading.axes]) / shape
     surface = scene.tables.get("surface")
     periodic = isinstance(surface, dict) and bool(surface.get("periodic"))
+    counted = scene.curve(leading.method, leading.resolution)["contact_count"][-1:]
     how = (
         "The field is stored as means over blocks of cells: contacts that share a block count as "
-        "one, and areas are of counted cells."
+        f"one ({fmt.count(np.sum(counted))} by cells), areas are of counted cells, peaks of means."
         if leading.share is not None
         else "Areas are of counted cells, less what these add at a rim."
     )

@@ -9,6 +9,7 @@ from rich.console import Console
 
 import roughline
 from comparisons import formatting as fmt
+from comparisons.results.rows import Rows
 from comparisons.scene.scene import builtin_names, load_scene
 from comparisons.scene.units import PRESSURE, number_and_unit, to_si
 from reports.pages.page import environment
@@ -251,7 +252,8 @@ def spots_of(rough, folder, *, periodic, shares=False):
     path = folder / "spots.npz"
     np.savez(path, **fields)
     text = rough.text + "periodic = true\n" * periodic
-    return spots(replace(rough, text=text, fields={("bem_fft", 128): path}))[-1]
+    rows = Rows.of(rough.rows.frame().assign(contact_count=7.0))
+    return spots(replace(rough, text=text, rows=rows, fields={("bem_fft", 128): path}))[-1]
 
 
 def test_spots_have_the_place_the_force_and_the_area_of_two_hertz_contacts(study, tmp_path):
@@ -279,6 +281,7 @@ def test_spots_of_means_over_blocks_say_so_and_count_the_cells_in_the_blocks(stu
     whole = spots_of(study.scenes[1], tmp_path, periodic=True)
     found = spots_of(study.scenes[1], tmp_path, periodic=True, shares=True)
     assert "means over blocks" in found.note
+    assert "count as one (7 by cells)" in found.note
     assert "means over blocks" not in whole.note
     assert found.rows[0][0].key == pytest.approx(0.02 * np.pi, rel=0.05)
 
