@@ -15,6 +15,8 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+from threadpoolctl import threadpool_limits
+
 from comparisons import formatting as fmt
 from comparisons.facts.methods import CLOSED_FORM, MODEL, ours, title_of
 from comparisons.facts.quantities import in_order, quantity
@@ -63,7 +65,10 @@ def write_report(record: StudyRecord, path: Path, *, pictures: bool = True) -> N
 
     Three-dimensional pictures take one or two seconds each, in a separate process.
     """
-    write_text(Path(path), page(record, with_pictures=pictures))
+    # Interpolation factors hundreds of tiny matrices: threads would wait longer than they work.
+    with threadpool_limits(limits=1):
+        text = page(record, with_pictures=pictures)
+    write_text(Path(path), text)
 
 
 def page(record: StudyRecord, *, with_pictures: bool = True) -> str:

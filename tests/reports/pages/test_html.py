@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from threadpoolctl import threadpool_info
 
 import reports.pages
 from comparisons.formatting import number
@@ -244,6 +245,19 @@ def test_unknown_methods_are_drawn_in_grey(study):
     peers = [t for t in traces if t.get("name") == "tamaas &lt;2&gt;"]
     assert peers
     assert {t.get("line", t["marker"])["color"] for t in peers} == {"@peer"}
+
+
+def test_a_report_is_made_on_one_thread_of_linear_algebra(tmp_path, monkeypatch):
+    """Threads that share matrices of two rows wait for each other: three quarters of the time."""
+    threads = []
+
+    def page(*_, **__):
+        threads.extend(pool["num_threads"] for pool in threadpool_info())
+        return ""
+
+    monkeypatch.setattr(html, "page", page)
+    html.write_report(None, tmp_path / "report.html")
+    assert set(threads) == {1}
 
 
 def test_the_file_is_written_whole(study, tmp_path):
