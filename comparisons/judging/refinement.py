@@ -93,9 +93,9 @@ def refinements(
 
 
 # What of the tolerance the scatter of the means may take.
-SCATTER: Mapping[Effort, float] = {"quick": 0.54, "full": 0.1}
-# In solves of 64 x 64 points: some ten seconds, and some minutes.
-SURFACES_BUDGET: Mapping[Effort, float] = {"quick": 600.0, "full": 15000.0}
+SCATTER: Mapping[Effort, float] = {"quick": 0.75, "full": 0.1}
+# In solves of 64 x 64 points: some seconds, and some minutes.
+SURFACES_BUDGET: Mapping[Effort, float] = {"quick": 300.0, "full": 15000.0}
 # The scatter of the lines is no more than this share of that; and what they may cost, in points of
 # all lines: a second, and some five.
 LINES_SHARE = 0.3

@@ -63,7 +63,7 @@ def scatters(plan, solved, method):
 
 def test_means_scatter_no_more_than_is_wanted_and_lines_a_fifth_of_it(first):
     """The aim is somewhat less, and numbers are rounded up to whole tasks: never more."""
-    plan, solved = first(scatter=0.05)
+    plan, solved = first(scatter=0.07)
     chosen = enlarged(plan, solved, "quick")
     wanted = SCATTER["quick"] * TOLERANCE
     assert 0.5 * wanted < scatters(chosen, solved, "bem_fft") <= wanted
@@ -73,7 +73,7 @@ def test_means_scatter_no_more_than_is_wanted_and_lines_a_fifth_of_it(first):
 
 def test_surfaces_go_where_they_are_cheap(first):
     """Twice the scatter between surfaces: more than twice as many, on the coarse grid alone."""
-    few, many = (enlarged(*first(scatter=s), "quick") for s in (0.05, 0.1))
+    few, many = (enlarged(*first(scatter=s), "quick") for s in (0.07, 0.14))
     assert numbers(many)[0] > 2 * numbers(few)[0]
     assert numbers(many)[-1] == numbers(few)[-1]
 
@@ -84,7 +84,7 @@ def test_too_few_realisations_are_said_with_what_they_leave(first):
     assert numbers(chosen)[0] == 60
     (note,) = [note for note in chosen.notes if "no more surfaces" in note]
     assert "than the scene's realisations: their scatter leaves " in note
-    assert "instead of 2.7\u202f% in the worst mean" in note
+    assert "instead of 3.8\u202f% in the worst mean" in note
 
 
 def test_a_budget_that_is_too_small_is_said_and_the_first_surfaces_stay(first, monkeypatch):
