@@ -195,7 +195,7 @@ def _plan_method(draft: Plan, name: str) -> MethodPlan:
     modelled = solver.model(draft.geometry)
     if not asked:
         modelled += "; not asked for: it is the reference"
-    tasks = [_first_task(draft, solver, n) for n in feasible]
+    tasks = [_first_task(draft, name, solver, n) for n in feasible]
     need, most = (max(map(estimate, tasks)) for estimate in (solver.memory, solver.most_memory))
     if need > WORTH_SAYING:
         modelled += f"; about {need / 1e9:.1f} GB of memory"
@@ -220,12 +220,12 @@ def single_resolution(planned: tuple[int, ...], geometry: Geometry) -> int:
     return planned[-1]
 
 
-def _first_task(draft: Plan, solver: Solver[Any], resolution: int) -> Task:
+def _first_task(draft: Plan, name: str, solver: Solver[Any], resolution: int) -> Task:
     """Return a whole task of a method: as many surfaces or lines as it holds at once."""
     first = pilots(solver, (resolution,))
-    count = first[0] if first else realisation_count(draft.scene, solver.name, draft.realisations)
+    count = first[0] if first else realisation_count(draft.scene, name, draft.realisations)
     block = tuple(range(min(count, solver.block(resolution))))
-    return task_of(draft, solver.name, resolution, block)
+    return task_of(draft, name, resolution, block)
 
 
 def refusal(draft: Plan, name: str, resolution: int) -> str:
@@ -244,7 +244,7 @@ def _refusal(draft: Plan, name: str, solver: Solver[Any], resolution: int) -> st
         divides = step and all(n % step == 0 for n in geometry.points)
         if resolution % points and not divides:
             return f"neither a multiple nor a divisor of the surface's own {points} points per side"
-    task = _first_task(draft, solver, resolution)
+    task = _first_task(draft, name, solver, resolution)
     try:
         refused = solver.refusal(task)
     except (ValueError, ArithmeticError) as error:

@@ -134,6 +134,29 @@ def test_the_example_is_judged_by_a_hard_case():
 
 
 @pytest.mark.slow
+def test_a_file_with_a_method_for_rough_surfaces_is_solved(tmp_path):
+    """The bearing area at a depth below the highest point, by the surface's own heights."""
+    path = tmp_path / "bearing.py"
+    path.write_text(
+        "from comparisons.methods import method\n"
+        "@method('bearing', resolutions=(16,))\n"
+        "def bearing(task, load, realisation):\n"
+        "    heights = task.geometry.heights(realisation, task.resolution)\n"
+        "    share = (heights > heights.max() - load).mean()\n"
+        "    return {'penetration': load, 'contact_area': share * task.geometry.area}\n"
+    )
+    assert roughline.add_method(path) == ["bearing"]
+    changes = {
+        "surface.points": 16,
+        "loading": {"penetration": "1 nm"},
+    }
+    scene = roughline.load_scene("rough-free", changes)
+    solution = roughline.solve(scene, "bearing")
+    assert solution.converged
+    assert 0 < solution["contact_area"][0] < 0.5e-12  # of 1 µm², above the mean plane
+
+
+@pytest.mark.slow
 def test_a_method_that_is_given_runs_where_others_are_named_and_is_judged_by_the_closed_form(
     tmp_path, capsys
 ):
