@@ -485,4 +485,5 @@ class Levels:
         if self.solutions[resolution].path:
             size = sizes_along_path(size)
         with np.errstate(invalid="ignore", divide="ignore"):
-            return np.where(size > 0, width / size, np.nan)
+            # a mean of zeros does not scatter: the gap of lines that are all closed
+            return np.where(size > 0, width / size, np.where(width == 0, 0.0, np.nan))

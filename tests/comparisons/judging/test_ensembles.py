@@ -118,6 +118,16 @@ def test_no_scatter_asks_for_no_more_than_the_first_surfaces(first):
     np.testing.assert_array_equal(scatter, 0.0)
 
 
+def test_a_mean_of_zeros_does_not_scatter(first):
+    """The gap of lines that are all closed: its error of -100 % is no question of a bar."""
+    _, solved = first()
+    for (method, _), solution in solved.items():
+        if method == "reduced":
+            solution.quantities["stiffness"] = np.zeros_like(solution.quantities["stiffness"])
+    lines = Levels.of(solved, "reduced")
+    np.testing.assert_array_equal(lines.scatter("stiffness", lines.finest), 0.0)
+
+
 def test_one_realisation_is_no_ensemble(first):
     plan, solved = first(realisations=1)
     chosen = enlarged(plan, solved, "quick")
