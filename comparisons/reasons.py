@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+# First word of notes that ask the reader to check something.
+CHECK = "check the "
 _NUMBER = r"[-+]?(?:\d[\d.]*(?:e[-+]?\d+)?|nan|inf)"
 # Lists as Python or NumPy write them, with commas or without; rows of a matrix one by one.
 _LONG_LIST = re.compile(rf"\[\s*({_NUMBER})((?:[,\s]+(?:{_NUMBER}|\.\.\.)){{4,}})[,\s]*\]", re.I)

@@ -11,7 +11,6 @@ import pandas as pd
 from comparisons import formatting as fmt
 from comparisons.errors import InputError
 from comparisons.facts.methods import title_of
-from comparisons.geometry.plausibility import doubtful
 from comparisons.judging.verdicts import Verdict, worst
 from comparisons.questions.study import solved_in_memory
 from comparisons.results.advice import Setting, advise
@@ -167,7 +166,7 @@ class Comparison:
 
     def __repr__(self) -> str:
         lines = [f"{self.record.title}: {title_of(self._leading)} {self.verdict}"]
-        lines += [*doubtful(self.notes), *self.disagreements]
+        lines += [*self.record.plan.doubts, *self.disagreements]
         measures = self.table()
         finest = measures[
             measures["resolution"] == measures.groupby("method")["resolution"].transform("max")
@@ -179,7 +178,7 @@ class Comparison:
         tolerance = fmt.tolerance(self.record.tolerance)
         return notebook.block(
             f"{self.record.title} ({self.name}), asked: {tolerance}",
-            *doubtful(self.notes),
+            *self.record.plan.doubts,
             *self.disagreements,
             self.answer,
             *([self.proved] if self.proved else []),

@@ -13,7 +13,7 @@ from comparisons.facts.methods import ELEMENTS, GRID, METHODS, MODEL, growth
 from comparisons.facts.quantities import quantity
 from comparisons.formatting import number, unpadded, with_unit
 from comparisons.geometry.bodies import BodyGeometry
-from comparisons.geometry.plausibility import doubtful, scene_notes, surface_notes
+from comparisons.geometry.plausibility import scene_notes, surface_notes
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
 from comparisons.methods.normal.grid import SIDE, cells
 from comparisons.methods.normal.reduced_lines import whole_spectrum
@@ -98,11 +98,6 @@ class Plan(PlanRecord):
             if planned.method == method and planned.numbers and resolution in planned.resolutions:
                 return planned.numbers[planned.resolutions.index(resolution)]
         return realisation_count(self.scene, method, self.realisations)
-
-    @property
-    def doubts(self) -> list[str]:
-        """The notes that question the scene itself: its units, its slopes."""
-        return doubtful(self.notes)
 
     def block(self, method: str, resolution: int) -> int:
         """Return how many surfaces or lines are one task: the same whatever their number."""

@@ -3,6 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import pi
+from statistics import median
+
+from comparisons.reasons import CHECK
+
+OCTAVE = 4  # rings of the spectrum: fewer tell no slope
 
 
 @dataclass(frozen=True)
@@ -60,6 +66,20 @@ class Roughness:
         if not pairs or min(*self.wavenumber, *self.density, self.rms_curvature) <= 0:
             raise ValueError("expected pairs of a wavenumber and a density, all positive")
 
+    @property
+    def noise(self) -> float:
+        """The wavelength below which the spectrum is flat, as that of white noise is; else 0.
+
+        Over an octave that of a surface, q^(-2 - 2H), falls to a quarter or less.
+        """
+        half = self.wavenumber[-1] / 2
+        octave = [d for q, d in zip(self.wavenumber, self.density, strict=True) if q > half]
+        floor = median(octave)
+        if len(octave) < OCTAVE or octave[0] > 2 * octave[-1]:
+            return 0.0
+        falling = [q for q, d in zip(self.wavenumber, self.density, strict=True) if d > 2 * floor]
+        return 2 * pi / falling[-1] if falling else 0.0
+
 
 @dataclass(frozen=True, kw_only=True)
 class PlanRecord:
@@ -71,3 +91,8 @@ class PlanRecord:
     switched_on: tuple[tuple[str, str], ...] = ()  # physics, with its model
     measured: Measured | None = None
     roughness: Roughness | None = None  # of a rough surface, where its results are recorded
+
+    @property
+    def doubts(self) -> list[str]:
+        """The notes that question the scene itself, its units, its slopes: to be seen first."""
+        return [note for note in self.notes if note.startswith(CHECK)]

@@ -42,8 +42,13 @@ READABLE = {
 
 
 TRUE_VALUES, VON_MISES, YIELD = "true values by", "von Mises' stress", "yield stress Y"
-SAID = (TRUE_VALUES, VON_MISES, YIELD)  # also below the verdicts of one scene in a terminal
+OUTLINE_STIFF = "stiffness, last load"
+# Also below the verdicts of one scene in a terminal.
+SAID = (TRUE_VALUES, VON_MISES, YIELD, OUTLINE_STIFF)
 HARDNESS = 3.0  # over the yield stress
+FIRST_YIELD = 1.6  # highest pressure over the yield stress, under a ball (Johnson 1985, eq. 6.9)
+# Share of the stiffness of a flat punch from which on a patch sinks in as a whole.
+OUTLINE = 0.5
 # Yield stress over E* of the strongest metals: 2 GPa of a bearing steel with E* = 230 GPa.
 STRONGEST = 0.01
 
@@ -55,7 +60,7 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
     Bodies with their moduli; loads and true values, from the smallest to the largest, with their
     bars; where nothing pulls, the mean pressure F/A, and under an indenter without an edge the
     highest pressure that the reference found, with the largest von Mises stress inside; of rough
-    surfaces the reduced load F/(E* A0 h'), and from which yield stress on they stay elastic.
+    surfaces the reduced load F/(E* A0 h'), and below which yield stress they are not elastic.
     """
     try:
         body = make_scene(dict(scene.tables), scene.name, Path())
@@ -89,20 +94,31 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
     if body.rough and not body.physics and pressed.any():
         # The mean pressure of contacts is at most the hardness, 3 Y (Tabor 1951).
         least = float(np.max(rows["force"][pressed] / rows["contact_area"][pressed])) / HARDNESS
-        text = f"elastic only if Y is above F/(3 A) = {fmt.with_unit(least, 'Pa')}"
+        text = f"below F/(3 A) = {fmt.with_unit(least, 'Pa')} contacts are plastic throughout"
+        if most.get("pressure_peak"):
+            first = fmt.with_unit(most["pressure_peak"] / FIRST_YIELD, "Pa")
+            text += f"; all is elastic only above {first} (highest pressure/{FIRST_YIELD})"
         if least > STRONGEST * body.effective_modulus:
-            share = fmt.number(body.effective_modulus / least, 2)
-            text += (
-                f" = E*/{share}: they yield, as even hardened steel has Y = E*/{1 / STRONGEST:.0f}"
-            )
+            text += f"; no steel has more than E*/{1 / STRONGEST:.0f}: see [plasticity]"
         lines.append((YIELD, text))
     if roughness := scene.plan.roughness:
         height, slope = fmt.with_unit(roughness.rms_height, "m"), roughness.rms_slope
-        lines.append(("roughness", f"rms height {height}, rms slope h' {fmt.number(slope)}"))
+        noise = roughness.noise if roughness.skewness is not None else 0.0
+        text = f"; waves below {fmt.with_unit(noise, 'm')} have a flat spectrum, as noise has"
+        text = f"rms height {height}, rms slope h' {fmt.number(slope)}{text if noise else ''}"
+        lines.append(("roughness", text))
         force = rows["force"]
         if roughness.area and np.isfinite(force).any():
             scale = body.effective_modulus * roughness.area * slope
             lines.append(("reduced load F/(E* A₀ h')", _range(force / scale, "")))
+        stiffness = rows["stiffness"]
+        if body.surface and not (body.surface.periodic or body.physics) and nominal:
+            face = 2 * body.effective_modulus * np.sqrt(nominal / np.pi)
+            share = float(np.fmax.reduce(stiffness, initial=0.0)) / face
+            if share > OUTLINE:
+                text = f"{fmt.number(share)} of that of a flat punch of the patch's outline, "
+                text += "2 E* √(A₀/π): it and the penetration tell the patch's size; periodic = "
+                lines.append((OUTLINE_STIFF, f"{text}true is an endless surface"))
     if said := not_known_here(scene):
         lines.append(("use the reduced model?", said))
     return lines
@@ -123,7 +139,10 @@ def _bodies(scene: Scene) -> Iterator[tuple[str, str]]:
         table = getattr(scene, name)
         words = list(_words(table)) if isinstance(table, BaseModel) else []
         if words and name not in NO_INPUT:
-            yield name.replace("_", " "), ", ".join(words)
+            # E* may be that of two elastic bodies; a modulus of one leaves the other rigid
+            alone = scene.half_space.effective_modulus is None and scene.counter_body is None
+            rigid = "rigid " if name == "indenter" and alone else ""
+            yield name.replace("_", " "), rigid + ", ".join(words)
     if scene.half_space.effective_modulus is None or scene.counter_body is not None:
         yield "effective modulus E*", fmt.with_unit(scene.effective_modulus, "Pa")
 
@@ -200,14 +219,13 @@ def _loads(scene: SceneRecord, nominal: float | None = None) -> list[tuple[str, 
     return lines
 
 
-def true_value(scene: SceneRecord, name: str, step: int | None = None) -> str:
-    """Return what the reference found at a load step, or at all, and how well that is known.
+def true_value(scene: SceneRecord, name: str) -> str:
+    """Return what the reference found at all loads, and how well that is known (rms).
 
     "" where it has not computed the quantity. What is exact, prescribed or not compared, as the
     area of a flat face, has no bar.
     """
-    rows = _reference_curve(scene)
-    values = rows[name] if step is None else rows[name][rows["step"] == step]
+    values = _reference_curve(scene)[name]
     if not np.isfinite(values).any():
         return ""
     text = _range(values, quantity(name).unit)

@@ -16,7 +16,7 @@ from reports.tables import cells
 from reports.tables.card import not_known_here, true_value
 from reports.tables.cells import Cell, Table, table
 
-TRUE = "true value ± rms bar"  # rms over the loads
+TRUE = "true values ± bar"  # of all loads, and the rms of their bars
 
 
 def verdict_table(scenes: Iterable[SceneRecord], method: str, *, reasons: bool = True) -> Table:
@@ -40,10 +40,7 @@ def verdict_table(scenes: Iterable[SceneRecord], method: str, *, reasons: bool =
                 because = f", {judgement.band}" if judgement.band else ""
             judged = cells.verdict(judgement.word, text=text + because if reasons else text)
             sides = (scene.name, best) if first else ("", "")
-            # where all loads agree to round-off none decides: those of all
-            true = true_value(
-                scene, judgement.quantity, judgement.step if judgement.has_step else None
-            )
+            true = true_value(scene, judgement.quantity)
             rows.append(
                 (sides[0], label, _error(judgement), judgement.when, judged, true, sides[1])
             )

@@ -8,10 +8,11 @@ from collections.abc import Iterable
 from typing import Any
 
 from comparisons.errors import InputError
-from comparisons.geometry.plausibility import CHECK, STRAINED
+from comparisons.geometry.plausibility import STRAINED
 from comparisons.geometry.prepare import RoughGeometry
 from comparisons.questions.claims.nearest import Nearest, claims_on, in_words, nearest, plainly
 from comparisons.questions.study import solved_in_memory
+from comparisons.reasons import CHECK
 from comparisons.results.advice import advise
 from comparisons.results.record import asked_in_vain
 from comparisons.results.scene_record import record_scene

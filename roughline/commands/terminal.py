@@ -72,7 +72,6 @@ def print_study(
     quantity of few scenes; of more a line for each, where there is room.
     """
     from comparisons.facts.methods import METHODS
-    from comparisons.geometry.plausibility import doubtful
     from comparisons.judging.truth import tally
     from comparisons.results.advice import advise, wide_truth
     from comparisons.results.finding import methods_of
@@ -83,7 +82,7 @@ def print_study(
 
     console = _console()
     for scene in record.scenes:
-        for note in doubtful(scene.plan.notes):
+        for note in scene.plan.doubts:
             console.print(f"{scene.name}: {note}", markup=False, highlight=False)
         for sentence in scene.disagreements:
             console.print(f"{scene.name}: {sentence}", style="bold", markup=False, highlight=False)

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
-from comparisons.geometry.plausibility import CHECK, surface_notes
+from comparisons.geometry.plausibility import surface_notes
 from comparisons.geometry.prepare import RoughGeometry
+from comparisons.reasons import CHECK
 from comparisons.scene.scene import builtin_names, load_scene, validated
 from comparisons.solving import planning
+from comparisons.solving.plan_record import Roughness
 from comparisons.solving.planning import plan_scene
 
 
@@ -60,7 +62,7 @@ def test_strains_that_are_not_small_are_noted_from_a_tenth_on_until_they_are_que
         (
             "adhesive-ball",
             {"adhesion.work": "3178 J/m^2"},  # E* R/(2 pi): a = R at d = 0
-            "a contact of radius 9.97\u202fmm, which without it takes a penetration of 0.997 times",
+            "g(a)/a = 0.997 (a/R of a ball), of the line's profile g at the contact radius a",
         ),
         ("rolling-ball", {"rolling.creep": 2.0}, "a creep of 2.00 is 200\u202f% of the speed"),
         (
@@ -128,6 +130,24 @@ def test_a_plan_states_the_map_after_its_preparation(tmp_path):
     ridges = 2 * np.cos(8 * np.pi * x)[:, None] + 50 * x[:, None] * np.ones(32)
     stated = next(n for n in plan_of_map(tmp_path, ridges).notes if n.startswith("surface: "))
     assert stated.startswith("surface: 1.00\u202fµm x 1.00\u202fµm, 32 x 32 points, rms height 1.4")
+
+
+def test_points_far_off_their_neighbours_are_counted_and_noise_is_not(tmp_path):
+    """White noise of 1 nm: the mean of four neighbours differs by sqrt(5/4) nm (rms)."""
+    heights = np.random.default_rng(3).standard_normal((64, 64))
+    assert not any("spikes" in note for note in plan_of_map(tmp_path, heights).notes)
+    heights[[10, 40], [20, 50]] += 30.0
+    (told,) = [note for note in plan_of_map(tmp_path, heights).notes if "spikes" in note]
+    assert told.startswith("2 points are more than 8 times as far from the mean of their four")
+
+
+def test_noise_is_where_the_spectrum_is_flat_and_a_fractal_surface_has_none():
+    """C2D = q^-3.6 + q1^-3.6: twice the floor at q1, a sixth of the largest wavenumber."""
+    q = np.geomspace(1e6, 6e7, 60)
+    surface = q**-3.6
+    for floor, wavelength in ((1e7**-3.6, 2 * np.pi / 1e7), (0.0, 0.0)):
+        known = Roughness(tuple(q), tuple(surface + floor), 1e-9, 0.1, 1e6, 10.0)
+        assert known.noise == pytest.approx(wavelength, rel=0.1)  # between two of 60 rings
 
 
 @pytest.mark.parametrize("dust", [0.0, 20.0])

@@ -126,7 +126,7 @@ def test_a_hertzian_contact_tells_its_peak_pressure_and_which_steel_would_yield(
     modulus = 210e9 / (1 - 0.3**2)
     peak = 2 * modulus * np.sqrt(16e-6 / 10e-3) / np.pi
     assert told["half space"] == "Young's modulus 210\u202fGPa, Poisson's ratio 0.3"
-    assert told["indenter"] == "paraboloid, radius 10\u202fmm"
+    assert told["indenter"] == "rigid paraboloid, radius 10\u202fmm"
     assert told["effective modulus E*"] == fmt.with_unit(modulus, "Pa")
     assert told["penetration depth"] == "1.00\u202fµm to 16.0\u202fµm"
     assert told["mean pressure F/A"].endswith(fmt.with_unit(2 / 3 * peak, "Pa"))
@@ -206,10 +206,24 @@ def test_rough_contacts_tell_which_steel_yields(of, slope, yields):
     )
     assert 0.4 < mean / (230e9 * slope) < 1.0
     assert least == pytest.approx(mean / 3, rel=1e-2)  # printed with three digits
-    assert ("they yield" in text) == yields
+    assert ("no steel has more than" in text) == yields
+    first = to_si(re.search(r"only above ([\d.]+\s[GM]Pa)", text)[1], PRESSURE)
+    assert first == pytest.approx(highest / 1.6, rel=1e-2)
     assert highest > mean
     nominal = to_si(told["nominal pressure F/A₀"], PRESSURE)
     assert nominal == pytest.approx(0.03 * 230e9 * slope, rel=1e-2)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("load", "sinks"), [(3.0, True), (0.003, False)])
+def test_the_stiffness_of_a_patch_that_sinks_in_as_a_whole_is_told(of, load, sinks):
+    """A square punch is stiffer than a round one of the same area by some 1 %, in cells by 2."""
+    rough = ROUGH.replace("SLOPE", "0.1").replace("0.03", str(load))
+    told = of(rough.replace('["contact_area"]', '["contact_area", "stiffness"]'), ["bem_fft"])
+    text = told.get("stiffness, last load")
+    assert (text is not None) == sinks
+    if sinks:
+        assert float(text.split()[0]) == pytest.approx(1.01, abs=0.02)
 
 
 def test_a_force_that_pulls_has_no_mean_pressure(of):
