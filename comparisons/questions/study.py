@@ -40,7 +40,7 @@ from comparisons.tasks.task import Task
 
 _MINUTE = 60.0  # seconds that a refined solve may be expected to take at quick effort
 # Seconds that the report takes when all is solved, and of these each scene: measured once.
-REPORT, OF_SCENE = 3.0, 1.0
+REPORT, OF_SCENE = 3.0, 0.7
 SOON_SOLVED = 1.0  # seconds: a shorter solve of lines or of surfaces that no page shows is not kept
 
 

@@ -39,8 +39,8 @@ def test_a_pipe_and_a_terminal_that_cannot_move_its_cursor_get_plain_lines(
     assert told.out == ""
     lines = [line for line in told.err.splitlines() if "compiled" not in line]
     assert all(line.startswith("solved ") for line in lines)
-    assert lines[0] == "solved 0 of 4, about 5.1\u202fs left"
-    assert lines[-1] == "solved 4 of 4, about 4.0\u202fs left, done: paraboloid"
+    assert lines[0] == "solved 0 of 4, about 4.8\u202fs left"
+    assert lines[-1] == "solved 4 of 4, about 3.7\u202fs left, done: paraboloid"
     assert "\x1b" not in told.err
 
 
