@@ -11,11 +11,14 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import signal
+import sys
 import threading
 import time
 from collections import Counter, deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -138,7 +141,8 @@ class ProcessExecutor(Executor):
             if job is None:
                 return
             try:
-                future = self._pool().submit(timed, job.work, job.arguments)
+                with _deaf_to_control_c():
+                    future = self._pool().submit(timed, job.work, job.arguments)
             except BrokenExecutor:
                 # An idle process was ended just now: nobody's fault, and the next pool is whole.
                 self._waiting.appendleft(job)
@@ -168,6 +172,22 @@ class ProcessExecutor(Executor):
         job = self._waiting[place]
         del self._waiting[place]
         return job
+
+
+@contextmanager
+def _deaf_to_control_c() -> Iterator[None]:
+    """Start processes that a ctrl-C does not reach: this one ends them, without their tracebacks.
+
+    Theirs is the mask of the thread that starts them, here and behind `submit`.
+    """
+    if sys.platform == "win32":
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _begin(parent: int, common: str) -> None:

@@ -5,6 +5,7 @@ Functions inside tests travel to the processes by value, so these need not impor
 
 import os
 import signal
+import sys
 import time
 from concurrent.futures import Future
 
@@ -222,6 +223,19 @@ def test_an_interrupt_right_after_work_was_given_leaves_no_error_behind(monkeypa
     executor.add(Job(str(k), pow, (k, 2)) for k in range(2))
     with pytest.raises(KeyboardInterrupt):
         list(executor.finished())
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="no masks of signals")
+def test_control_c_in_a_terminal_ends_nothing_but_the_process_that_hands_out_the_work():
+    """Others would answer with tracebacks of their own; they end with it."""
+
+    def press():
+        os.kill(os.getpid(), signal.SIGINT)
+        return "deaf"
+
+    assert collected(ProcessExecutor(2), [Job("pressed", press)])["pressed"].value == "deaf"
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
 
 
 def test_one_worker_needs_no_other_process():
