@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import _thread
 import atexit
 import gc
 import math
 import os
 import signal
 import sys
+import threading
 import time
 from types import FrameType
+from typing import Any
 
 FINE, WRONG_INPUT, INTERRUPTED = 0, 2, 3
 # One press may come twice: `timeout` and some terminals tell the program and its whole group.
@@ -26,6 +29,7 @@ class Interrupts:
 
     def __init__(self) -> None:
         self._first = math.inf
+        self._number = int(signal.SIGINT)
         self._over = False
 
     def listen(self) -> None:
@@ -34,6 +38,21 @@ class Interrupts:
             signal.signal(signal.SIGINT, self._press)
         if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
             signal.signal(signal.SIGTERM, self._press)
+        sys.unraisablehook = self._swallowed
+
+    def _swallowed(self, lost: Any) -> None:
+        """Press again in a moment, where a destructor or a callback swallowed the exception."""
+        if lost.exc_type is not KeyboardInterrupt:
+            sys.__unraisablehook__(lost)
+        elif not self._over:
+            self._first = math.inf
+            if sys.platform == "win32":
+                again = threading.Timer(0.01, _thread.interrupt_main, [self._number])
+            else:  # a real signal ends a wait of the main thread, too
+                main_thread = threading.main_thread().ident or 0
+                again = threading.Timer(0.01, signal.pthread_kill, [main_thread, self._number])
+            again.daemon = True
+            again.start()
 
     @property
     def pressed(self) -> bool:
@@ -51,7 +70,7 @@ class Interrupts:
         if self._over:
             return
         if math.isinf(self._first):
-            self._first = now
+            self._first, self._number = now, number
             raise KeyboardInterrupt
         if now - self._first > SAME_PRESS:
             cursor = SHOW_CURSOR if os.isatty(2) else b""

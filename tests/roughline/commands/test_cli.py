@@ -757,6 +757,23 @@ cli.app = interrupted
 __main__.main()
 """
 
+INTERRUPTED_IN_A_DESTRUCTOR = """
+import os, signal, time
+from roughline import __main__
+from roughline.commands import app as cli
+
+class Gone:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGINT)
+
+def swallowing(*arguments, **options):
+    Gone()
+    time.sleep(600)
+
+cli.app = swallowing
+__main__.main()
+"""
+
 INTERRUPTED_AND_BUSY = """
 import os, signal, sys, time
 from roughline import __main__
@@ -788,6 +805,14 @@ def test_control_c_is_code_3_whatever_it_was_made_into(tmp_path, ending):
     """By a class body that it met, an extension that was loading, a library that gives up."""
     code = INTERRUPTED_IN_ANOTHER_NAME.replace("ENDING", ending)
     with started("-c", code, cwd=tmp_path) as process:
+        _, said = process.communicate(timeout=120)
+    assert (process.returncode, said) == (3, "interrupted\n")
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_control_c_that_a_destructor_swallows_comes_again(tmp_path):
+    """Python cannot raise there; the program went on to its end."""
+    with started("-c", INTERRUPTED_IN_A_DESTRUCTOR, cwd=tmp_path) as process:
         _, said = process.communicate(timeout=120)
     assert (process.returncode, said) == (3, "interrupted\n")
 
