@@ -251,17 +251,17 @@ def plus_minus(
 
 
 def between(low: object, high: object) -> str:
-    """Write the ends of a band of relative errors, each with its sign.
+    """Write the ends of a band of relative errors, each with its sign; once where they are one.
 
-    >>> between(-0.31, 0.372), between(0.004, 0.01), between(None, 1.0)
-    ('−31 to +37\u202f%', '+0.40 to +1.0\u202f%', '–')
+    >>> between(-0.31, 0.372), between(-1.0, -0.9999), between(None, 1.0)
+    ('−31 to +37\u202f%', '−100\u202f%', '–')
     """
     if not (finite(low) and finite(high)):
         return MISSING
     factor, unit = _relative_unit(max(abs(low), abs(high)))
     ends = [number(end * (factor or 1.0), 2) for end in (low, high)]
     signed = [f"+{text}" if end > 0 else text for text, end in zip(ends, (low, high), strict=True)]
-    return _join(" to ".join(signed), unit)
+    return _join(" to ".join(dict.fromkeys(signed)), unit)
 
 
 def _exponent(value: float, digits: int) -> int:

@@ -336,7 +336,7 @@ def _single(record: SceneRecord) -> str:
     title = record.title_of(method)
     return (
         f"One {noun} of the {title} takes {duration(spent.single_seconds)} (N = {level}); 90 % of "
-        f"the {count(spent.surfaces)} {noun}s err within: {', '.join(errors)}."
+        f"the {count(spent.surfaces)} {noun}s err by: {', '.join(errors)}."
     )
 
 

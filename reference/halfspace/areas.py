@@ -225,8 +225,9 @@ def located_area(contact: Contact, hardness: float = np.inf, *, patch: bool = Fa
     patch, but under the hardness, a known part of a cell inside. Only without adhesion, because the
     pressure must vanish at the line.
 
-    `hardness` is the pressure at which the body yields. A `patch` is one of a rough surface,
-    whose rim cuts contacts off; the rim of another grid is the end of the material.
+    `hardness` is the pressure at which the body yields: less than F/hardness carries no force. A
+    `patch` is one of a rough surface, whose rim cuts contacts off; the rim of another grid is the
+    end of the material.
 
     Hertz, pi a^2 with a = 6.3 cells, within half a per cent:
 
@@ -259,8 +260,8 @@ def located_area(contact: Contact, hardness: float = np.inf, *, patch: bool = Fa
         ends = mask & (contact.pressure < hardness)
         number = sum(np.count_nonzero(ends[at]) for at, _ in _sides(contact))
         shift -= EDGE_OFFSET * _growth(mask) * number
-    area = max(cells + shift + OUTLINE * outlines, _LEAST_SHARE * cells)
-    return float(area) * contact.operator.cell_area
+    least = max(_LEAST_SHARE * cells, float(contact.pressure.sum()) / hardness)
+    return float(max(cells + shift + OUTLINE * outlines, least)) * contact.operator.cell_area
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

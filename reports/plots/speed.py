@@ -172,7 +172,7 @@ def _method_series(scene: SceneRecord, method: str, points: Points, bar: float) 
         )
         singles.append(
             f"{at}: one of {count}\n"
-            f"90 % err within {item.single}\n"
+            f"90 % err by {item.single}\n"
             f"time {fmt.duration(spent.single_seconds)}"
         )
     total, setup, single_seconds = (

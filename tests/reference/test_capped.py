@@ -68,6 +68,14 @@ def test_in_full_yield_the_force_is_the_hardness_times_the_area():
     assert dent.plastic_share > 0.99
 
 
+@pytest.mark.parametrize("hardness", [3e-4, 3e-3])
+def test_no_mean_pressure_is_above_the_hardness(hardness):
+    # a rim that yields is no elastic one: its located line lies up to half a per cent too far in
+    (dent,) = pressed(*ROUGH, hardness, 0.003)
+    least = dent.contact.force / hardness
+    assert least * (1 - 1e-12) <= located_area(dent.contact, hardness) < 1.001 * least
+
+
 @pytest.mark.parametrize("over", [1.2, 3.0])
 def test_pressure_minimises_the_energy_between_zero_and_the_hardness(over):
     # bounded least squares on the Cholesky factor of the dense matrix, an active set of SciPy's
