@@ -222,7 +222,7 @@ def plus_minus(
     ('+2.0\u202f% ± ?', '+0.1 ± 5.0\u202f%', '0.0200 ± 0.0003\u202f%')
     >>> plus_minus(4e-16, 1e-12), plus_minus(4e-16, 1e-6)
     ('round-off', '0 ± 1.0\u202fppm')
-    >>> plus_minus(-2e-11, 3e-9), plus_minus(2e-9, 1e-15), plus_minus(3e-11, None)
+    >>> plus_minus(-2e-11, 3e-8), plus_minus(2e-9, 1e-15), plus_minus(3e-11, None)
     ('< 1\u202fppm', '< 1\u202fppm', '< 1\u202fppm ± ?')
     """
     if signed:
@@ -236,7 +236,7 @@ def plus_minus(
     if size + half < ROUND_OFF:
         return "round-off"
     factor, unit = _relative_unit(max(size, half))
-    if not factor:
+    if not factor or size < ROUND_OFF < half < 0.9995e-6:
         return TINY
     if half < 0.002 * size:
         return relative(error)  # a bar below the last digit printed

@@ -8,7 +8,7 @@ stretch where its loads spread. The record of the full runs comes with the packa
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,7 @@ from comparisons.results.record import SceneRecord
 from comparisons.scene.indenters.punches import EllipticPunch, RightAngledPunch
 from comparisons.scene.loading import AbsoluteLoads, loads_of
 from comparisons.scene.scene import Scene, builtin_names, load_scene, make_scene
+from comparisons.scene.surface import SelfAffine
 from reference.closed_form import sphere
 from reference.closed_form.adhesive import maugis_parameter
 
@@ -83,11 +84,12 @@ class Nearest:
         Where it was measured.
     error, uncertainty : float
     word : str
-        "within", "outside" or "not resolved" at the tolerance of the scene.
+        "within", "outside" or "not resolved" at the tolerance of the scene: the last, too, where
+        something that stood still is another here.
     word_of_claim : str
         The same at the tolerance of the claim.
     own : dict
-        The scene's values of what stood still while the claim was measured, as far as it has any.
+        The scene's values of what stood still while the claim was measured.
     """
 
     quantity: str
@@ -98,7 +100,7 @@ class Nearest:
     uncertainty: float
     word: str
     word_of_claim: str
-    own: Mapping[str, float] = field(default_factory=dict)
+    own: Mapping[str, float]
 
     @property
     def differing(self) -> list[str]:
@@ -106,13 +108,8 @@ class Nearest:
         return [
             name
             for name, made in self.measured.fixed.items()
-            if not np.isclose(self.own.get(name, np.nan), made, rtol=SAME)
+            if not np.isclose(self.own[name], made, rtol=SAME)
         ]
-
-    @property
-    def agrees(self) -> bool:
-        """Whether the scene has the values of what stood still while the claim was measured."""
-        return not self.differing
 
     @property
     def worst(self) -> float:
@@ -131,13 +128,6 @@ class Nearest:
             return ""
         return ", by theorem beyond what was measured" if self.measured.proved else BEYOND
 
-    def stood_still(self, name: str) -> str:
-        """Return a fixed value, and the scene's own where it is another: "H = 0.8, here 0.3"."""
-        made = f"{name} = {self.measured.fixed[name]:g}"
-        if name not in self.differing:
-            return made
-        return f"{made}, here {f'{self.own[name]:.4g}' if name in self.own else 'not stated'}"
-
     @property
     def place(self) -> str:
         """Where it was measured, and where the scene stands, in words."""
@@ -146,7 +136,10 @@ class Nearest:
         )
         here = low if low == high else f"{low} to {high}"
         beside = f", here {here}" if here != there else ""
-        fixed = "".join(f", {self.stood_still(name)}" for name in self.measured.fixed)
+        fixed = "".join(
+            f", {name} = {self.measured.fixed[name]:.4g}, here {self.own[name]:.4g}"
+            for name in self.differing
+        )
         claim = self.measured.claim
         return f"{self.measured.parameter} = {there}{beside}{self.far}{fixed} (claim {claim})"
 
@@ -164,8 +157,8 @@ class Nearest:
             "word": self.word,
             "beyond": self.beyond,
             "fixed": dict(self.measured.fixed),
-            "own": {name: self.own.get(name) for name in self.measured.fixed},
-            "agrees": self.agrees,
+            "own": {name: self.own[name] for name in self.measured.fixed},
+            "agrees": not self.differing,
             "hurst_measured": self.measured.fixed.get("H"),
             "hurst_here": self.own.get("H"),
         }
@@ -174,10 +167,10 @@ class Nearest:
 def nearest(scene: Scene, loads: AbsoluteLoads, unit: float = np.nan) -> list[Nearest]:
     """Return, for each compared quantity that a claim has measured on such scenes, what it found.
 
-    Where several claims have measured a quantity, one that was measured with the scene's own
-    parameters decides, and of such the one that says worst. None was measured on layers or by
-    another rule than that of the transform. `unit` is E* A0 h', in N, of a rough scene; without it
-    nothing is known of one.
+    Where several claims have measured a quantity, one decides whose measurement differs from the
+    scene in the fewest parameters, and of such the one that says worst. None was measured on layers
+    or by another rule than that of the transform. `unit` is E* A0 h', in N, of a rough scene;
+    without it nothing is known of one.
     """
     if not scene.half_space.uniform or scene.methods.reduced.rule != "mdr":
         return []
@@ -189,9 +182,12 @@ def nearest(scene: Scene, loads: AbsoluteLoads, unit: float = np.nan) -> list[Ne
             point, word = _decided(record, stretch, scene.compare.tolerance)
             _, word_of_claim = _decided(record, stretch, record.tolerance)
             answer = Nearest(name, record, stretch, *point, word, word_of_claim, own)
-            known = answers.get(name)
-            if not known or (answer.agrees, answer.worst) > (known.agrees, known.worst):
-                answers[name] = answer
+            if answer.differing:
+                answer = replace(answer, word=NOT_RESOLVED)
+            answers[name] = max(
+                (answers.get(name, answer), answer),
+                key=lambda other: (-len(other.differing) - other.beyond, other.worst),
+            )
     return [answers[name] for name in scene.compare.quantities if name in answers]
 
 
@@ -242,21 +238,25 @@ def nearest_to(record: SceneRecord) -> list[Nearest]:
 def plainly(answers: list[Nearest], tolerance: float) -> str:
     """Return for each quantity whether the reduced model is within a tolerance, in few words.
 
-    Where a claim was measured with other values of what stood still, it is said where.
+    Where what stood still in a claim is another here, it was not measured: that is said.
     """
     asked, parts = fmt.tolerance(tolerance), []
     for answer in answers:
         measured_at = answer.measured.tolerance
         error = fmt.plus_minus(answer.error, answer.uncertainty)
         wider = tolerance < measured_at and answer.word_of_claim == WITHIN
-        also = f", within {fmt.tolerance(measured_at)}" if wider else ""
-        others = ", ".join(map(answer.stood_still, answer.differing))
-        where = f" where measured ({others})" if others else ""
+        limit = fmt.tolerance(measured_at)
         said = {
-            WITHIN: f"yes{where}, within {asked}",
-            OUTSIDE: f"no ({error}){where}{also}",
-            NOT_RESOLVED: f"not known to {asked}{where}{also}",
+            WITHIN: f"yes, within {asked}",
+            OUTSIDE: f"no ({error}){f', but within {limit}' if wider else ''}",
+            NOT_RESOLVED: f"{f'within {limit}, ' if wider else ''}not known whether within {asked}",
         }[answer.word]
+        if answer.differing:
+            here, there = (
+                ", ".join(f"{name} = {values[name]:.4g}" for name in answer.differing)
+                for values in (answer.own, answer.measured.fixed)
+            )
+            said = f"not measured for {here} ({error} for {there})"
         parts.append(f"{quantity(answer.quantity).label}: {said}{answer.far}")
     return f"Reduced model, {'; '.join(parts)}." if parts else ""
 
@@ -288,22 +288,28 @@ def in_words(answers: list[Nearest], tolerance: float) -> str:
             answer.error, answer.uncertainty, signed=not quantity(answer.quantity).norm
         )
         label = quantity(answer.quantity).label
-        groups.setdefault((answer.word, number, answer.place), []).append(label)
+        told = f"{answer.word}{' at' if answer.word == NOT_RESOLVED else ''} "
+        told = "not measured here" if answer.differing else told + fmt.tolerance(tolerance)
+        groups.setdefault((told, number, answer.place), []).append(label)
     parts = [
-        f"error of {fmt.listed(labels)} {number} at {place}, "
-        f"{word}{' at' if word == NOT_RESOLVED else ''} {fmt.tolerance(tolerance)}"
-        for (word, number, place), labels in groups.items()
+        f"error of {fmt.listed(labels)} {number} at {place}, {told}"
+        for (told, number, place), labels in groups.items()
     ]
     return f"Nearest measured, reduced model: {'; '.join(parts)}." if parts else ""
 
 
 @cache
 def measured() -> Mapping[str, Measured]:
-    """Return the measurements that come with the package, by claim; a creep over full slip's."""
+    """Return the measurements that come with the package, by claim.
+
+    A creep is over that of full slip, the shortest wave over the side, not over their spacing.
+    """
+    creep = 100 * full_slip_of_claims(), "creep over that of full slip"
+    units = dict.fromkeys(ROLLING.values(), creep)
+    units["rough-area-smooth"] = 2 * SURFACE[SHORT], "shortest wave over side lambda_s/L"
     found = {}
     for claim in [claim for claim in load_claims_record(STORED).claims if claim.id in QUANTITIES]:
-        creep = claim.id in ROLLING.values()
-        unit = 100 * full_slip_of_claims() if creep else 1.0
+        unit, parameter = units.get(claim.id, (1.0, claim.parameter))
         points = tuple(
             (point.parameter / unit, point.error, point.uncertainty)
             for point in claim.points
@@ -313,7 +319,7 @@ def measured() -> Mapping[str, Measured]:
         )
         found[claim.id] = Measured(
             claim.id,
-            "creep over that of full slip" if creep else claim.parameter,
+            parameter,
             claim.spacing,
             claim.tolerance,
             points,
@@ -324,23 +330,33 @@ def measured() -> Mapping[str, Measured]:
     return found
 
 
-# Of the surfaces of claims on roughness along the load (`hurst` of rough_area.toml); the load of
-# claims along H.
-HURST, LOAD = 0.8, 0.01
+# Of the surfaces of claims on roughness along the load (rough_area.toml), 64 x 64 points without a
+# plateau of long waves; the load of claims along another parameter.
+LONG, SHORT = "side/long_cutoff", "side/short_cutoff"
+SURFACE = {"H": 0.8, LONG: 1.0, SHORT: 32.0, "line_length": 1.0}
+LOAD, AT_LOAD = "F/(E* A0 h')", 0.01
+ALONG = {
+    "rough-area-hurst": "H",
+    "rough-stiffness-hurst": "H",
+    "rough-area-plateau": LONG,
+    "rough-area-smooth": SHORT,
+}
 # Where slopes are too large for every method: d/a = `STEEPEST`, of a ball d = a artanh(a/R).
 UNTIL = {"transform-sphere": STEEPEST * float(np.tanh(STEEPEST))}
 # What stood still while a claim was measured, by its symbol.
 FIXED: dict[str, dict[str, float]] = {
-    "rough-area": {"H": HURST},
-    "rough-area-hurst": {"F/(E* A0 h')": LOAD},
-    "rough-area-periodic": {"H": HURST},
-    "rough-penetration": {"H": HURST},
-    "rough-mean-gap": {"H": HURST},
-    "rough-stiffness": {"H": HURST},
-    "rough-stiffness-hurst": {"F/(E* A0 h')": LOAD},
+    "rough-area": SURFACE,
+    "rough-area-periodic": SURFACE,
+    "rough-penetration": SURFACE,
+    "rough-mean-gap": SURFACE,
+    "rough-stiffness": SURFACE,
     "rolling-curve-springs": {"nu": 0.28, "R_x/R_y": 1.0},
     "rolling-curve-matched": {"nu": 0.28, "R_x/R_y": 1.0},
 }
+for claim, along in ALONG.items():
+    FIXED[claim] = {
+        name: made for name, made in (SURFACE | {LOAD: AT_LOAD}).items() if name != along
+    }
 # The claims along the creep in % of a ball, by the stiffness of the reduced model's springs.
 ROLLING = {"springs": "rolling-curve-springs", "matched": "rolling-curve-matched"}
 # The quantities whose error a claim measures. Force and stiffness of a flat face err alike.
@@ -356,12 +372,17 @@ QUANTITIES: dict[str, tuple[str, ...]] = {
     "rough-penetration": ("penetration",),
     "rough-mean-gap": ("mean_gap",),
     "rough-area-hurst": ("contact_area",),
+    "rough-area-plateau": ("contact_area",),
+    "rough-area-smooth": ("contact_area",),
     "rough-stiffness": ("stiffness",),
     "rough-stiffness-hurst": ("stiffness",),
     "rolling-curve-springs": ("traction", "tangential_force"),
     "rolling-curve-matched": ("traction", "tangential_force"),
     "partial-slip-rigid": ("tangential_displacement",),
     "adhesion-range": ("pull_off_force",),
+    "viscoelastic-loading": ("force", "contact_area"),
+    "viscoelastic-unloading": ("force", "contact_area"),
+    "viscoelastic-shape": ("force", "contact_area"),
 }
 
 
@@ -369,6 +390,8 @@ def places(scene: Scene, loads: AbsoluteLoads, unit: float) -> dict[str, Stretch
     """Return where a scene stands along the parameter of each claim that concerns it."""
     found: dict[str, Stretch] = {}
     body, friction, adhesion = scene.indenter, scene.friction, scene.adhesion
+    fixed = {"cone": 1.0, "paraboloid": 2.0}
+    exponent = fixed.get(body.shape, body.parameters.get("exponent")) if body else None
     if body is not None and not (scene.physics or scene.rough):
         if body.shape == "ellipsoid":
             radii = _ratio((body.parameters["radius_x"], body.parameters["radius_y"]))
@@ -380,8 +403,6 @@ def places(scene: Scene, loads: AbsoluteLoads, unit: float) -> dict[str, Stretch
             found["punch-ellipse"] = _ratio(body.semi_axes)
         if isinstance(body, RightAngledPunch):
             found["punch-rectangle"] = _ratio(body.lengths)
-        fixed = {"cone": 1.0, "paraboloid": 2.0}
-        exponent = fixed.get(body.shape, body.parameters.get("exponent"))
         if exponent is not None:
             found["transform-power-law"] = exponent, exponent
         if body.shape == "sphere":
@@ -391,16 +412,28 @@ def places(scene: Scene, loads: AbsoluteLoads, unit: float) -> dict[str, Stretch
                 depths = ball.penetration(loads.values) / body.parameters["radius"]
             found["transform-sphere"] = float(np.min(depths)), float(np.max(depths))
     surface = scene.surface
-    rough = surface is not None and not scene.physics and loads.control == "force"
-    if surface is not None and rough and np.isfinite(unit):
+    rough = isinstance(surface, SelfAffine) and not scene.physics and loads.control == "force"
+    if isinstance(surface, SelfAffine) and rough and np.isfinite(unit):
         free = ("rough-area", "rough-penetration", "rough-mean-gap", "rough-stiffness")
         stretch = float(np.min(loads.values) / unit), float(np.max(loads.values) / unit)
         found |= dict.fromkeys(("rough-area-periodic",) if surface.periodic else free, stretch)
-        hurst = getattr(surface, "hurst", None)
-        at_load = np.allclose(stretch, LOAD, rtol=SAME)
-        if at_load and hurst not in (None, HURST) and not surface.periodic:
-            along_hurst = ("rough-area-hurst", "rough-stiffness-hurst")
-            found |= dict.fromkeys(along_hurst, (hurst, hurst))
+        if np.allclose(stretch, AT_LOAD, rtol=SAME) and not surface.periodic:
+            own = own_values(scene, loads, unit)
+            for claim, name in ALONG.items():
+                if not np.isclose(own[name], SURFACE[name], rtol=SAME):
+                    place = own[name] if name == "H" else 1 / own[name]
+                    found[claim] = place, place
+    rubber, alone = scene.viscoelastic, set(scene.physics) == {"viscoelastic"}
+    if rubber and alone and exponent is not None and loads.control == "penetration":
+        times, steps, top = loads.times, np.sign(np.diff(loads.values)), np.argmax(loads.values)
+        relaxing = [time for _, time in rubber.branches]
+        if times is not None and relaxing and np.all(np.diff(steps) <= 0):  # pressed in once
+            pressing = times[top] - times[0]
+            if exponent == 2 and pressing:
+                way = "unloading" if np.any(steps < 0) else "loading"
+                found[f"viscoelastic-{way}"] = min(relaxing) / pressing, max(relaxing) / pressing
+            else:
+                found["viscoelastic-shape"] = exponent, exponent
     coupled = friction is not None and friction.coupling == "full"
     alone = set(scene.physics) == {"friction"} and not scene.rough
     if coupled and alone and body is not None and body.axisymmetric:
@@ -454,10 +487,13 @@ def full_slip_of_claims() -> float:
 def own_values(scene: Scene, loads: AbsoluteLoads, unit: float) -> dict[str, float]:
     """Return what a scene has of the values that stand still in `FIXED`, by their symbols."""
     own = {"nu": scene.poisson_ratio}
-    if (hurst := getattr(scene.surface, "hurst", None)) is not None:
-        own["H"] = hurst
-    if scene.rough and loads.control == "force" and np.ptp(loads.values) == 0:
-        own["F/(E* A0 h')"] = float(loads.values[0] / unit)
+    if isinstance(surface := scene.surface, SelfAffine):
+        side, spacing = min(surface.size), max(np.divide(surface.size, surface.points))
+        own["H"] = (surface.power or 0) / 2 - 1 if surface.hurst is None else surface.hurst
+        own[LONG] = side / (surface.long_cutoff or side)
+        own[SHORT] = side / (surface.short_cutoff or 2 * spacing)
+        own["line_length"] = scene.methods.reduced.line_length
+        own[LOAD] = float(np.mean(loads.values) / unit)
     if radii := curvature_radii(scene):
         own["R_x/R_y"] = radii[0] / radii[1]
     return own

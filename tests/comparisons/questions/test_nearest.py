@@ -9,7 +9,7 @@ import pytest
 
 from comparisons import formatting as fmt
 from comparisons.geometry.prepare import RoughGeometry, prepare
-from comparisons.judging.verdicts import OUTSIDE, WITHIN
+from comparisons.judging.verdicts import NOT_RESOLVED, OUTSIDE, WITHIN
 from comparisons.questions.claims.claim import load_claims, scene_of
 from comparisons.questions.claims.nearest import (
     FIXED,
@@ -71,11 +71,11 @@ def test_between_two_measurements_the_nearest_is_told_and_within_takes_both():
 
 
 def test_a_load_between_two_that_were_measured_is_told_the_nearest_in_logarithms():
-    """0.013 lies nearer to 0.01 than to 0.0316; surfaces of claims have H = 0.8."""
+    """0.013 lies nearer to 0.01 than to 0.0316; what differs from the claim's surfaces is named."""
     load = {"force": {"values": [0.013], "relative_to": "E* A0 h'"}}
     area = known("rough-free", loading=load)["contact_area"]
     assert area.there == pytest.approx(0.01)
-    assert area.place == "load F/(E* A0 h') = 0.01, here 0.013, H = 0.8 (claim rough-area)"
+    assert area.place == "load F/(E* A0 h') = 0.01, here 0.013 (claim rough-area)"
     flat = known("rough-free", loading=load, **{"surface.hurst": 0.3})["contact_area"]
     assert ", H = 0.8, here 0.3 (" in flat.place
 
@@ -89,6 +89,8 @@ def test_what_stood_still_is_what_the_files_of_claims_state(claim):
         stated = claim.under(claim.as_stated).parameters
         arguments = EXPERIMENTS[claim.experiment].arguments(claim.vary.start, stated)
         own = {"H": arguments["hurst"], "F/(E* A0 h')": arguments["load"]}
+        own |= {"side/long_cutoff": arguments["roll_off"], "line_length": arguments["line_length"]}
+        own["side/short_cutoff"] = arguments["points"] / arguments["shortest"]
     for name, made in FIXED[claim.id].items():
         assert own[name] == pytest.approx(made, rel=1e-9)
 
@@ -100,8 +102,55 @@ def test_a_claim_along_the_scenes_own_parameter_decides():
         area = known("rough-free", loading=loading, **{"surface.hurst": hurst})["contact_area"]
         assert area.measured.claim == f"rough-area{claim}"
     said = plainly(list(known("rough-free", loading=loading).values()), 0.01)
-    assert "penetration depth: not known to 1\N{NARROW NO-BREAK SPACE}%, within 10" in said
+    percent = "\N{NARROW NO-BREAK SPACE}%"
+    assert f"depth: within 10{percent}, not known whether within 1{percent};" in said
     assert "contact area: no (+250" in said
+
+
+@pytest.mark.parametrize(
+    ("surface", "claim", "differing"),
+    [
+        ({}, "rough-area", []),
+        ({"points": 128}, "rough-area", ["side/short_cutoff"]),
+        ({"points": 128, "hurst": 0.7}, "rough-area-hurst", ["side/short_cutoff"]),
+        ({"points": 128, "short_cutoff": "0.03125 um"}, "rough-area", []),
+        ({"points": 128, "short_cutoff": "0.1 um"}, "rough-area-smooth", []),
+        ({"long_cutoff": "0.1 um"}, "rough-area-plateau", []),
+        ({"long_cutoff": "0.1 um", "points": 128}, "rough-area-plateau", ["side/short_cutoff"]),
+        ({"long_cutoff": "0.1 um", "periodic": True}, "rough-area-periodic", ["side/long_cutoff"]),
+        ({"hurst": None, "power": 3.4}, "rough-area-hurst", []),
+    ],
+)
+def test_the_range_of_waves_is_compared(surface, claim, differing):
+    """By its cut-offs over the side: of twice the points per side the shortest wave is a half."""
+    load = {"force": {"value": 0.01, "relative_to": "E* A0 h'"}}
+    recipe = load_scene("rough-free").surface.model_dump() | surface
+    area = known("rough-free", loading=load, surface=recipe)["contact_area"]
+    assert (area.measured.claim, area.differing) == (claim, differing)
+    assert (area.word == NOT_RESOLVED) == bool(differing)
+
+
+def test_a_map_and_a_line_of_another_length_were_not_measured():
+    assert known("measured-map") == {}
+    depth = known("rough-free", **{"methods.reduced.line_length": 0.5})["penetration"]
+    assert depth.differing == ["line_length"]
+
+
+def test_rubber_pressed_in_and_drawn_out_was_measured():
+    """Along relaxation time over time of pressing in: 0.1 s in rubber-ball, arms of 0.01 to 1 s."""
+    there = known("rubber-ball")["force"]
+    assert (there.measured.claim, there.word) == ("viscoelastic-unloading", WITHIN)
+    np.testing.assert_allclose(there.here, (0.1, 10))
+    held = {"time": [0, 0.2, 1.0], "penetration": [0, 1e-4, 1e-4]}
+    pressed = known("rubber-ball", loading=held)["contact_area"]
+    assert pressed.word == WITHIN
+    place = places(*prepared(load_scene("rubber-ball", {"loading": held})))
+    np.testing.assert_allclose(place["viscoelastic-loading"], (0.05, 5))
+    slow = known("rubber-ball", **{"viscoelastic.relaxation_times": ["1 s", "0.1 s", "1 us"]})
+    assert (slow["force"].beyond, slow["force"].word) == (True, NOT_RESOLVED)
+    sudden = {"time": [0, 1.0], "penetration": [1e-4, 1e-4]}
+    assert known("rubber-ball", loading=sudden)["force"].measured.claim == "viscoelastic-shape"
+    assert known("rubber-creep") == known("rubber-again") == {}
 
 
 def test_the_creep_of_a_ball_stands_over_that_of_full_slip():
@@ -113,7 +162,7 @@ def test_the_creep_of_a_ball_stands_over_that_of_full_slip():
     np.testing.assert_allclose(heavy.here, (0.001 / full, 0.1 / full), rtol=1e-4)
     assert one.place.startswith("creep over that of full slip = ")
     assert one.measured.ends == pytest.approx((0.005 / full, 2 / full))
-    assert (one.measured.claim, one.agrees, one.word) == ("rolling-curve-springs", True, OUTSIDE)
+    assert (one.measured.claim, one.differing, one.word) == ("rolling-curve-springs", [], OUTSIDE)
     assert "traction" not in known("rolling-ball", **{"rolling.lateral_creep": 0.001})
 
 
@@ -155,24 +204,26 @@ def test_at_two_tolerances_one_scene_has_one_answer():
             tolerance = asked.measured.tolerance
             same = known(name, **changes, **{"compare.tolerance": tolerance})[quantity]
             limit = f"within {fmt.tolerance(tolerance)}"
-            tail = f", {limit}" in plainly([asked], 0.001)
+            tail = limit in plainly([asked], 0.001)
             assert tail == (f"yes, {limit}" in plainly([same], tolerance)), (name, changes)
             tails.add((name, tail))
     assert len(tails) == 4  # both answers, on ellipsoids and on rough surfaces
 
 
-def test_yes_and_no_are_said_of_where_it_was_measured():
-    """Other surfaces and bodies than those of the claims: with their values and the scene's."""
+def test_of_another_surface_or_body_nothing_was_measured():
+    """The error is said with the values it was measured at, beside the scene's."""
     heights = {"surface.hurst": 0.3, "compare.tolerance": 0.15}
     (depth,) = known("rough-free", **heights, **{"compare.quantities": ["penetration"]}).values()
     said = plainly([depth], 0.15)
-    assert "penetration depth: yes where measured (H = 0.8, here 0.3), within 15" in said
+    assert "penetration depth: not measured for H = 0.3 (\N{MINUS SIGN}3.0 " in said
+    assert said.endswith(" for H = 0.8).")
+    assert (depth.word, in_words([depth], 0.15)[-18:]) == (NOT_RESOLVED, "not measured here.")
     radii = {"shape": "ellipsoid", "radius_x": "460 mm", "radius_y": "300 mm"}
     wheel = {"indenter": radii, "loading.force": "80 kN", "rolling.creep": "-0.1 %"}
     wheel |= {"half_space.youngs_modulus": "105 GPa"}
     said = plainly([known("rolling-ball", **wheel)["traction"]], 0.01)
-    assert said.startswith("Reduced model, traction coefficient: no (\N{MINUS SIGN}43.9 ")
-    assert said.endswith(") where measured (R_x/R_y = 1, here 1.533).")
+    assert "traction coefficient: not measured for R_x/R_y = 1.533 (\N{MINUS SIGN}43.9 " in said
+    assert said.endswith(" for R_x/R_y = 1).")
     same = known("rough-free", **{"compare.tolerance": 0.15})["penetration"]
     assert "penetration depth: yes, within 15" in plainly([same], 0.15)
 
@@ -220,7 +271,7 @@ def test_what_is_known_beforehand_has_the_sign_of_what_a_run_finds():
 
 
 def test_where_loads_spread_the_worst_of_what_they_cover_decides():
-    area = known("rough-patch")["contact_area"]
+    area = known("rough-free")["contact_area"]
     covered = [
         abs(error) + bar
         for value, error, bar in area.measured.points
