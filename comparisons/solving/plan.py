@@ -53,6 +53,7 @@ class Plan(PlanRecord):
         """The independent solves, cheap methods first."""
         scene = self.scene
         pictured = "pressure" in scene.compare.quantities or not scene.physics
+        pictured |= scene.rough and scene.physics == ("plasticity",)
         return tuple(
             task_of(
                 self,

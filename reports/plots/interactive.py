@@ -185,8 +185,9 @@ def _layout(figure: Figure) -> dict[str, Any]:
     """Return the figure's own part of the layout; fonts, grid and background come from the page."""
     layout: dict[str, Any] = {"xaxis": _axis(figure.x), "yaxis": _axis(figure.y)}
     layout["yaxis"]["title"]["text"] = _upright(_title(figure.y), figure.y.label)
-    if len(figure.x.ticks) <= FEW_TICKS and figure.x.ticks:
-        layout["xaxis"]["tickangle"] = 0
+    if figure.x.ticks:  # turned, they end at their tick: plotly hides what passes the right end
+        few = len(figure.x.ticks) <= FEW_TICKS
+        layout["xaxis"] |= {"tickangle": 0} if few else {"autotickangles": [0, -30, -90]}
     if figure.map:
         for name in ("xaxis", "yaxis"):
             layout[name] |= {"constrain": "domain", "showgrid": False}

@@ -219,16 +219,19 @@ def _loads(scene: SceneRecord, nominal: float | None = None) -> list[tuple[str, 
     return lines
 
 
-def true_value(scene: SceneRecord, name: str) -> str:
+def true_value(scene: SceneRecord, name: str, *, nominal: float | None = None) -> str:
     """Return what the reference found at all loads, and how well that is known (rms).
 
     "" where it has not computed the quantity. What is exact, prescribed or not compared, as the
-    area of a flat face, has no bar.
+    area of a flat face, has no bar. Areas and forces may be over the `nominal` area.
     """
-    values = _reference_curve(scene)[name]
+    values = _reference_curve(scene)[name] / (nominal or 1.0)
     if not np.isfinite(values).any():
         return ""
-    text = _range(values, quantity(name).unit)
+    unit = quantity(name).unit
+    if nominal:
+        unit = "Pa" if name == "force" else ""
+    text = _range(values, unit)
     if scene.reference.exact or name == scene.control:
         return text
     bar = truth_known_to(scene, (name,))

@@ -12,6 +12,7 @@ from comparisons.judging.verdicts import NO_RESULT, Verdict, worst
 from comparisons.results.advice import ITSELF, Advice, advise
 from comparisons.results.finding import finding, symbol
 from comparisons.results.record import WHERE, SceneRecord
+from comparisons.scene.scene import PREPARATION
 from reports.tables import cells
 from reports.tables.card import not_known_here, true_value
 from reports.tables.cells import Cell, Table, table
@@ -47,6 +48,23 @@ def verdict_table(scenes: Iterable[SceneRecord], method: str, *, reasons: bool =
     heads = ("scene", "quantity", "largest error", "at", "verdict", TRUE, "cheapest")
     found = table(heads, rows, title=_headline(method))
     return found if any(row[3] for row in rows) else found.without("at")
+
+
+def prepared_table(scenes: Iterable[SceneRecord]) -> Table:
+    """Return the true values of a map by its preparations; no rows where it has one only."""
+    shared = {"contact_area": "A/A₀", "force": "F/A₀"}
+    swept = [item for item in scenes if PREPARATION in (item.tables.get("sweep") or ())]
+    names = in_order({"contact_area", *(name for item in swept for name in item.quantities)})
+    rows = []
+    for scene in swept:
+        area = scene.plan.roughness.area if scene.plan.roughness else None
+        values = (
+            true_value(scene, name, nominal=area if name in shared else None) for name in names
+        )
+        rows.append((scene.name, *values))
+    heads = ("scene", *(shared.get(name, quantity(name).label) for name in names))
+    note = "Of quarters only A/A₀ and F/A₀ compare with the whole."
+    return table(heads, rows, title="True values by preparation", note=note)
 
 
 def finding_table(scenes: Sequence[SceneRecord], method: str) -> Table:

@@ -78,7 +78,7 @@ def print_study(
     from comparisons.results.measured import modulus_sentence
     from comparisons.results.record import asked_in_vain
     from reports.tables.card import SAID, card
-    from reports.tables.judged import finding_table, summary_lines, verdict_table
+    from reports.tables.judged import finding_table, prepared_table, summary_lines, verdict_table
 
     console = _console()
     for scene in record.scenes:
@@ -113,6 +113,8 @@ def print_study(
         for heading, text in card(record.scenes[0]):
             if heading in SAID:
                 console.print(f"{heading}: {text}", markup=False, highlight=False)
+    if (prepared := prepared_table(record.scenes)).rows:
+        _print_rows(console, prepared)
     for line in asked_in_vain(record.scenes):
         console.print(line, style="bold", markup=False)
     # the blocks of an ensemble are solves of their own, with one reason

@@ -12,12 +12,13 @@ from comparisons import formatting as fmt
 from comparisons.results.rows import Rows
 from comparisons.scene.scene import builtin_names, load_scene
 from comparisons.scene.units import PRESSURE, number_and_unit, to_si
+from comparisons.solving.plan_record import Roughness
 from reports.pages.page import environment
 from reports.plots.stored import slider_steps
 from reports.tables import cells
 from reports.tables.card import _bodies, card
 from reports.tables.cells import table, tone
-from reports.tables.judged import TRUE, verdict_table
+from reports.tables.judged import TRUE, prepared_table, verdict_table
 from reports.tables.scene import spots
 from reports.tables.written import alignment, drawn, frame, in_markdown, latex, rewrite
 from roughline import notebook
@@ -307,3 +308,15 @@ def test_spots_are_given_at_every_load_of_the_slider_and_never_of_indenters(stud
     assert areas == sorted(areas)
     assert len({item.heads for item in spots(rough)}) == 1  # in the same units
     assert spots(smooth) == []
+
+
+def test_true_values_of_a_map_stand_beside_each_other_by_its_preparations(study):
+    rough = study.scenes[1]
+    assert not prepared_table([rough]).rows
+    text = f'{rough.text}[sweep]\npreparation = "as given"\n'
+    heights = Roughness((1e6,), (1e-30,), 1e-9, 0.1, 1e5, 2.0, area=2e-12)
+    map_ = replace(rough, text=text, plan=replace(rough.plan, roughness=heights))
+    (row,) = prepared_table([map_]).rows
+    largest = np.max(rough.curve("bem_fft")["contact_area"])
+    share = row[2].text.split(" to ")[1].split(" ±")[0]
+    assert float(share) == pytest.approx(largest / 2e-12, rel=5e-3)

@@ -239,6 +239,11 @@ def test_hard_surfaces_are_elastic(solved, method):
     assert not hard["plastic_share"].any()
 
 
+def test_the_pressure_of_a_surface_that_yields_is_kept_for_its_contact_spots():
+    (plan, *_) = plan_scene(rough())
+    assert all(task.wants_pressure for task in plan.tasks if task.realisations[0] == 0)
+
+
 def test_unloading_leaves_the_dent_in_the_picture(solved):
     fields = solved(rough(), "bem_fft", 32, "pressure").fields
     assert fields["dent"].max() > 0
