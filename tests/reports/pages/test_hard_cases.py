@@ -101,7 +101,8 @@ def test_an_interrupted_run_keeps_what_is_done(hard_cases, monkeypatch, capsys):
     monkeypatch.setitem(SOLVERS, "reduced", (Stopped,))
     code, folder = hard_cases("reduced", "--case", "load-one", "--case", "load-twins-force")
     assert code == 3
-    assert capsys.readouterr().err == "interrupted\n"  # this command has no --resume to speak of
+    # this command has no --resume to speak of
+    assert capsys.readouterr().err == "solved 0 of 4\ninterrupted\n"
     kept = load_record(folder)
     assert kept.interrupted
     assert [item.case for item in kept.outcomes] == ["load-one"]
@@ -114,7 +115,7 @@ def test_a_lost_cluster_is_told_with_its_reason(hard_cases, monkeypatch, capsys)
     monkeypatch.setattr(SerialExecutor, "finished", lost)
     code, folder = hard_cases("reduced", "--case", "load-one")
     assert code == 3
-    assert capsys.readouterr().err == "the scheduler is gone\n"
+    assert capsys.readouterr().err == "solved 0 of 2\nthe scheduler is gone\n"
     assert load_record(folder).interrupted
 
 
