@@ -42,7 +42,7 @@ LARGEST_ASPECT = 10.0  # aspect ratio of a cell: scan lines much farther apart t
 # Rms heights by which one spot, of this share of the map, stands above all others. Of a hundred
 # normal summits the highest stands so high with a probability of exp(-2 sqrt(2 ln 100)), 0.2 %.
 LONE, LONE_SHARE = 2.0, 0.01
-# Standard deviations: of a million normal values none is so far off (2e-15).
+# Standard deviations from which on a point is off its neighbours: a normal one once in 1e15.
 SPIKE = 8.0
 
 
@@ -72,37 +72,31 @@ def scene_notes(scene: Scene, geometry: Geometry) -> list[str]:
                 f"a hardening of {with_unit(slope, 'Pa')} is steeper than E = "
                 f"{with_unit(youngs, 'Pa')} (metals harden by less than a tenth of it)"
             )
-    if isinstance(geometry, IndenterGeometry):
+    if isinstance(geometry, IndenterGeometry) and geometry.contact_radius > 0:  # NaN: no contact
         depth, radius = geometry.penetration, geometry.contact_radius
-        steepness, checked = depth / (radius or 1.0), "slopes"
-        stated = (
-            f"d/a = {number(steepness)} (a/R of a ball), penetration {with_unit(depth, 'm')} over "
-            f"contact radius {with_unit(radius, 'm')}"
-        )
+        steepness, ratio, checked = depth / radius, "d/a", "slopes"
+        means = f"penetration {with_unit(depth, 'm')} over contact radius"
         if scene.adhesion is not None:
             profile = equivalent_profile(geometry.indenter)
-            if 0 < radius < profile.edge:  # not so of a flat face
-                opened = float(profile.height(np.array([radius]))[0]) / radius
-                if opened > steepness:
-                    steepness, checked = opened, "slopes, and the work of adhesion"
-                    stated = (
-                        f"g(a)/a = {number(opened)} (a/R of a ball), of the line's profile g at "
-                        f"the contact radius a = {with_unit(radius, 'm')}"
-                    )
-        if radius > 0 and LARGE < steepness <= STEEPEST:
+            # not so of a flat face, whose rim has no height
+            opened = float(profile.height(np.array([radius]))[0]) if radius < profile.edge else 0.0
+            if opened > depth:
+                steepness, ratio, checked = (
+                    opened / radius,
+                    "g(a)/a",
+                    "slopes, the work of adhesion",
+                )
+                means = "the line's profile g at the contact radius over that radius,"
+        if steepness > LARGE:
             slopes.append(
-                f"{STRAINED}{stated}; every method here takes slopes and strains as small: an "
-                f"approximation from {number(LARGE, 1)} on, and from {number(STEEPEST, 1)} on "
-                "their agreement says nothing"
+                f"{STRAINED if steepness <= STEEPEST else f'{CHECK}{checked}: '}{ratio} = "
+                f"{number(steepness)} (a/R of a ball), {means} {with_unit(radius, 'm')}; every "
+                f"method here takes slopes and strains as small: an approximation from {ratio} = "
+                f"{number(LARGE, 1)} on, and from {number(STEEPEST, 1)} on their agreement says "
+                "nothing"
             )
-        if radius > 0 and steepness > STEEPEST:  # NaN is no contact
-            slopes.append(
-                f"{CHECK}{checked}: {stated}; every method here holds for small slopes and "
-                f"strains, an approximation from {number(LARGE, 1)} on; from "
-                f"{number(STEEPEST, 1)} on their agreement says nothing"
-            )
-            if depth > DEEPEST * radius:
-                doubts.append("the contact is deeper than wide")
+        if depth > DEEPEST * radius:
+            doubts.append("the contact is deeper than wide")
     units = [f"{CHECK}units of the scene: {'; '.join(doubts)}"] if doubts else []
     return units + slopes
 
@@ -146,16 +140,18 @@ def surface_notes(geometry: RoughGeometry) -> list[str]:
                 f"{number(LONE, 1)} rms heights above all other spots (dust?), and light loads "
                 "rest on it alone"
             )
-        # spikes and pits: far off the mean of their neighbours, in widths of what is usual
-        beside = heights[2:, 1:-1] + heights[:-2, 1:-1] + heights[1:-1, 2:] + heights[1:-1, :-2]
-        off = heights[1:-1, 1:-1] - beside / 4
-        usual = 1.4826 * float(np.median(np.abs(off)))  # the standard deviation, were it normal
-        spikes = np.abs(off) > SPIKE * usual
-        if usual > 0 and spikes.any():
+        # spikes and pits: far off the median of their four neighbours, which one of these hardly
+        # moves; the median deviation, too, and 1.4826 of it is a standard deviation
+        wide = np.pad(heights, 1, mode="reflect")
+        beside = wide[2:, 1:-1], wide[:-2, 1:-1], wide[1:-1, 2:], wide[1:-1, :-2]
+        largest, least = np.maximum.reduce(beside), np.minimum.reduce(beside)
+        off = np.abs(heights - (sum(beside) - largest - least) / 2)
+        spikes = np.count_nonzero(off > SPIKE * 1.4826 * np.median(off))
+        if spikes and np.median(off) > 0:
             notes.append(
-                f"{count(int(spikes.sum()))} points are more than {number(SPIKE, 1)} times as far "
-                "from the mean of their four neighbours as is usual, by up to "
-                f"{_metres(float(np.abs(off).max()))}: spikes, or steps of the surface"
+                f"far off their neighbours: {count(spikes)} of the points, by up to "
+                f"{_metres(float(off.max()))} ({number(SPIKE, 1)} times as far as is usual, or "
+                "more): spikes, or steps of the surface"
             )
     return notes
 

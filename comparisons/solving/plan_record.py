@@ -8,8 +8,6 @@ from statistics import median
 
 from comparisons.reasons import CHECK
 
-OCTAVE = 4  # rings of the spectrum: fewer tell no slope
-
 
 @dataclass(frozen=True)
 class MethodPlan:
@@ -67,18 +65,21 @@ class Roughness:
             raise ValueError("expected pairs of a wavenumber and a density, all positive")
 
     @property
-    def noise(self) -> float:
+    def noise_wavelength(self) -> float:
         """The wavelength below which the spectrum is flat, as that of white noise is; else 0.
 
-        Over an octave that of a surface, q^(-2 - 2H), falls to a quarter or less.
+        Over the last octave that of a surface, q^(-2 - 2H), falls to a quarter or less: flat is
+        what falls to no less than half, by the medians of the octave's first and last third.
         """
-        half = self.wavenumber[-1] / 2
-        octave = [d for q, d in zip(self.wavenumber, self.density, strict=True) if q > half]
-        floor = median(octave)
-        if len(octave) < OCTAVE or octave[0] > 2 * octave[-1]:
+        rings = list(zip(self.wavenumber, self.density, strict=True))
+        octave = [density for q, density in rings if q > self.wavenumber[-1] / 2]
+        third = len(octave) // 3
+        if third < 2 or median(octave[:third]) > 2 ** (2 / 3) * median(octave[-third:]):
             return 0.0
-        falling = [q for q, d in zip(self.wavenumber, self.density, strict=True) if d > 2 * floor]
-        return 2 * pi / falling[-1] if falling else 0.0
+        floor = median(octave)
+        low = [density <= 2 * floor for _, density in rings]
+        flat = next((k for k in range(len(rings) - 1) if low[k] and low[k + 1]), 0)
+        return 2 * pi / self.wavenumber[flat] if flat else 0.0
 
 
 @dataclass(frozen=True, kw_only=True)

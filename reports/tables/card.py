@@ -103,7 +103,7 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
         lines.append((YIELD, text))
     if roughness := scene.plan.roughness:
         height, slope = fmt.with_unit(roughness.rms_height, "m"), roughness.rms_slope
-        noise = roughness.noise if roughness.skewness is not None else 0.0
+        noise = roughness.noise_wavelength if roughness.skewness is not None else 0.0
         text = f"; waves below {fmt.with_unit(noise, 'm')} have a flat spectrum, as noise has"
         text = f"rms height {height}, rms slope h' {fmt.number(slope)}{text if noise else ''}"
         lines.append(("roughness", text))
