@@ -81,11 +81,8 @@ def scene_notes(scene: Scene, geometry: Geometry) -> list[str]:
             # not so of a flat face, whose rim has no height
             opened = float(profile.height(np.array([radius]))[0]) if radius < profile.edge else 0.0
             if opened > depth:
-                steepness, ratio, checked = (
-                    opened / radius,
-                    "g(a)/a",
-                    "slopes, the work of adhesion",
-                )
+                steepness, ratio = opened / radius, "g(a)/a"
+                checked = "slopes, the work of adhesion"
                 means = "the line's profile g at the contact radius over that radius,"
         if steepness > LARGE:
             slopes.append(

@@ -62,7 +62,7 @@ def test_strains_that_are_not_small_are_noted_from_a_tenth_on_until_they_are_que
         (
             "adhesive-ball",
             {"adhesion.work": "3178 J/m^2"},  # E* R/(2 pi): a = R at d = 0
-            "g(a)/a = 0.997 (a/R of a ball), of the line's profile g at the contact radius a",
+            "g(a)/a = 0.997 (a/R of a ball), the line's profile g at the contact radius",
         ),
         ("rolling-ball", {"rolling.creep": 2.0}, "a creep of 2.00 is 200\u202f% of the speed"),
         (
