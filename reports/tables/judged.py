@@ -51,7 +51,7 @@ def verdict_table(scenes: Iterable[SceneRecord], method: str, *, reasons: bool =
 
 
 def prepared_table(scenes: Iterable[SceneRecord]) -> Table:
-    """Return the true values of a map by its preparations; no rows where it has one only."""
+    """Return the true values of a map by its preparations; no rows without any."""
     shared = {"contact_area": "A/A₀", "force": "F/A₀"}
     swept = [item for item in scenes if PREPARATION in (item.tables.get("sweep") or ())]
     names = in_order({"contact_area", *(name for item in swept for name in item.quantities)})
@@ -63,7 +63,7 @@ def prepared_table(scenes: Iterable[SceneRecord]) -> Table:
         )
         rows.append((scene.name, *values))
     heads = ("scene", *(shared.get(name, quantity(name).label) for name in names))
-    note = "Of quarters only A/A₀ and F/A₀ compare with the whole."
+    note = "The A/A₀ of quarters compares with that of the whole, their stiffness does not."
     return table(heads, rows, title="True values by preparation", note=note)
 
 

@@ -486,3 +486,11 @@ def test_frames_hold_only_what_a_load_changes(study):
     assert figure.moves
     for frame in spec(figure)["frames"]:
         assert all(set(trace) <= {"x", "y"} for trace in frame["data"])
+
+
+@pytest.mark.parametrize("number", [3, 7])
+def test_long_ticks_end_at_their_place_so_that_the_last_is_not_hidden(study, number):
+    figure = curves.curves(study.scenes[0])[0]
+    ticks = tuple((float(k + 1), f"crop at {320 * k}, 240") for k in range(number))
+    axis = spec(replace(figure, x=replace(figure.x, ticks=ticks)))["layout"]["xaxis"]
+    assert max(axis.get("autotickangles", [axis.get("tickangle", 30)])) == 0
