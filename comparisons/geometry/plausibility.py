@@ -18,7 +18,7 @@ from comparisons.geometry.prepare import (
     RoughGeometry,
     equivalent_profile,
 )
-from comparisons.reasons import CHECK
+from comparisons.reasons import CHECK, STEEP
 from comparisons.scene.scene import Scene
 
 # Of notes on a premise of all methods that a scene strains.
@@ -74,7 +74,7 @@ def scene_notes(scene: Scene, geometry: Geometry) -> list[str]:
             )
     if isinstance(geometry, IndenterGeometry) and geometry.contact_radius > 0:  # NaN: no contact
         depth, radius = geometry.penetration, geometry.contact_radius
-        steepness, ratio, checked = depth / radius, "d/a", "slopes"
+        steepness, ratio, checked = depth / radius, "d/a", STEEP
         means = f"penetration {with_unit(depth, 'm')} over contact radius"
         if scene.adhesion is not None:
             profile = equivalent_profile(geometry.indenter)
@@ -82,15 +82,15 @@ def scene_notes(scene: Scene, geometry: Geometry) -> list[str]:
             opened = float(profile.height(np.array([radius]))[0]) if radius < profile.edge else 0.0
             if opened > depth:
                 steepness, ratio = opened / radius, "g(a)/a"
-                checked = "slopes, the work of adhesion"
+                checked = f"{STEEP}, the work of adhesion"
                 means = "the line's profile g at the contact radius over that radius,"
         if steepness > LARGE:
             slopes.append(
-                f"{STRAINED if steepness <= STEEPEST else f'{CHECK}{checked}: '}{ratio} = "
-                f"{number(steepness)} (a/R of a ball), {means} {with_unit(radius, 'm')}; every "
-                f"method here takes slopes and strains as small: an approximation from {ratio} = "
-                f"{number(LARGE, 1)} on, and from {number(STEEPEST, 1)} on their agreement says "
-                "nothing"
+                f"{STRAINED if steepness <= STEEPEST else f'{checked}: '}{ratio} = "
+                f"{number(steepness)} (a/R of a paraboloid), {means} {with_unit(radius, 'm')}; "
+                "every method here takes slopes and strains as small: an approximation from "
+                f"{ratio} = {number(LARGE, 1)} on, and from {number(STEEPEST, 1)} on their "
+                "agreement says nothing"
             )
         if depth > DEEPEST * radius:
             doubts.append("the contact is deeper than wide")

@@ -15,6 +15,7 @@ from comparisons import formatting as fmt
 from comparisons.facts.methods import CLOSED_FORM, MODEL, title_of
 from comparisons.facts.quantities import in_order, quantity
 from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN, Verdict, worst
+from comparisons.reasons import STEEP
 from comparisons.results.advice import Setting, advise
 from comparisons.results.record import SceneRecord, depends_on_depth, once
 from comparisons.scene.indenters import AnyIndenter
@@ -23,6 +24,7 @@ from comparisons.scene.indenters.indenter import Indenter
 MOST = 8  # rows: a reader has ten seconds
 NAMED = 3  # families of a row that are named; more are counted
 YES, IN_PART, NO, NOT_KNOWN = "yes", "in part", "no", "not known"
+SMALL_SLOPES = "for small slopes only"  # and those of the scene are not
 NOTHING = "none that was run is within"
 
 # What of a flat face is its size.
@@ -181,6 +183,8 @@ def _standing(record: SceneRecord, method: str) -> _Standing:
         use = NOT_KNOWN
     elif not within:
         use = NO if any(item.word == OUTSIDE for item in known) else NOT_KNOWN
+    elif any(doubt.startswith(STEEP) for doubt in record.plan.doubts):
+        use = SMALL_SLOPES
     else:
         use = YES if len(within) == len(known) else f"for {', '.join(within)} only"
     advice = advise(record)

@@ -49,8 +49,9 @@ HARDNESS = 3.0  # over the yield stress
 FIRST_YIELD = 1.6  # highest pressure over the yield stress, under a ball (Johnson 1985, eq. 6.9)
 # Share of the stiffness of a flat punch from which on a patch sinks in as a whole.
 OUTLINE = 0.5
-# Yield stress over E* of the strongest metals: 2 GPa of a bearing steel with E* = 230 GPa.
-STRONGEST = 0.01
+# Yield stress over E* of the strongest metals: 2 GPa of a bearing steel with E* = 230 GPa; and E*
+# of the softest ones that bear loads, as lead.
+STRONGEST, SOFTEST_METAL = 0.01, 15e9
 
 
 @once
@@ -82,9 +83,13 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
     most = (
         stresses(scene, scene.reference.method, int(steps[-1]), FROM_PRESSURE) if len(steps) else {}
     )
+    # a free edge of a patch is as sharp as a punch
+    edged = body.surface is not None and not body.surface.periodic
     if most.get("pressure_peak"):
         which = "" if scene.of_one_load else ", last load"
-        lines.append((f"highest pressure{which}", fmt.with_unit(most["pressure_peak"], "Pa")))
+        text = fmt.with_unit(most["pressure_peak"], "Pa")
+        text += " (singular where a contact reaches the patch's edge)" if edged else ""
+        lines.append((f"highest pressure{which}", text))
     if "von_mises_max" in most:
         stress = fmt.with_unit(most["von_mises_max"], "Pa")
         depth = fmt.with_unit(most["von_mises_depth"], "m")
@@ -95,11 +100,13 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
         # The mean pressure of contacts is at most the hardness, 3 Y (Tabor 1951).
         least = float(np.max(rows["force"][pressed] / rows["contact_area"][pressed])) / HARDNESS
         text = f"below F/(3 A) = {fmt.with_unit(least, 'Pa')} contacts are plastic throughout"
-        if most.get("pressure_peak"):
+        if most.get("pressure_peak") and not edged:
             first = fmt.with_unit(most["pressure_peak"] / FIRST_YIELD, "Pa")
             text += f"; all is elastic only above {first} (highest pressure/{FIRST_YIELD})"
-        if least > STRONGEST * body.effective_modulus:
-            text += f"; no steel has more than E*/{1 / STRONGEST:.0f}: see [plasticity]"
+        modulus = body.effective_modulus
+        if least > STRONGEST * modulus > STRONGEST * SOFTEST_METAL:
+            text += f". It is E*/{fmt.number(modulus / least, 2)}, and metals have up to "
+            text += f"E*/{1 / STRONGEST:.0f}: a [plasticity] table models that they yield"
         lines.append((YIELD, text))
     if roughness := scene.plan.roughness:
         height, slope = fmt.with_unit(roughness.rms_height, "m"), roughness.rms_slope
@@ -116,9 +123,9 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
             face = 2 * body.effective_modulus * np.sqrt(nominal / np.pi)
             share = float(np.fmax.reduce(stiffness, initial=0.0)) / face
             if share > OUTLINE:
-                text = f"{fmt.number(share)} of that of a flat punch of the patch's outline, "
-                text += "2 E* √(A₀/π): it and the penetration tell the patch's size; periodic = "
-                lines.append((OUTLINE_STIFF, f"{text}true is an endless surface"))
+                text = f"{fmt.number(share)} of that of a flat punch as large as the patch, 2 E* "
+                text += "√(A₀/π): stiffness and penetration are those of the patch's size. If its "
+                lines.append((OUTLINE_STIFF, f"{text}borders join, periodic = true has no edge"))
     if said := not_known_here(scene):
         lines.append(("use the reduced model?", said))
     return lines

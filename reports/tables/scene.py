@@ -138,7 +138,7 @@ def spots(scene: SceneRecord) -> list[Table]:
         "The field is stored as means over blocks of cells: contacts that share a block count as "
         f"one ({fmt.count(np.sum(counted))} by cells), areas are of counted cells, peaks of means."
         if leading.share is not None
-        else "Areas are of counted cells, less what these add at a rim."
+        else "Areas are of counted cells, less what their staircase adds at a rim."
     )
     labels, known = loads.labels or ("" if scene.of_one_load else "last load",), []
     for item in leading.at_loads(loads):
@@ -150,13 +150,8 @@ def spots(scene: SceneRecord) -> list[Table]:
             area = corrected_area(inside, tuple(spacing), periodic)
             if leading.share is not None:
                 area = float(np.sum(leading.share, where=inside) * np.prod(spacing))
-            places, p = np.argwhere(inside), pressure[inside]
-            peak = places[np.argmax(p)]
-            away = places - peak
-            if periodic:  # a spot continues across opposite rims
-                away = (away + shape // 2) % shape - shape // 2
-            centre = peak + p @ away / np.sum(p)
-            x, y = first + (centre % shape if periodic else centre) * spacing
+            p = pressure[inside]
+            x, y = first + np.argwhere(inside)[np.argmax(p)] * spacing
             force = float(np.sum(p) / np.sum(pressure, where=pressure > 0))
             rows.append((area, force, float(x), float(y), float(np.max(p))))
         known.append((found.count, sorted(rows, reverse=True)))
@@ -179,7 +174,7 @@ def spots(scene: SceneRecord) -> list[Table]:
         note = f"{label[0].upper()}{label[1:]}: " if label else ""
         note += (
             f"{fmt.count(count)} contacts, the largest {len(body)} by area. {leading.label}. Cells "
-            f"that meet across an edge are one contact; x, y: the centre of its force. {how}"
+            f"that share a side are one contact; x, y: its highest pressure. {how}"
         )
         tables.append(cells.table(heads, body, note=note))
     return tables

@@ -36,7 +36,10 @@ def test_a_modulus_without_its_unit_is_questioned_and_steel_is_not():
     (stiff,) = checks(effective_modulus=210e12)
     assert "E* = 210\u202fTPa is stiffer than diamond (2.00\u202fTPa)" in stiff
     assert checks(youngs_modulus="210 GPa", poisson_ratio=0.3) == []
-    assert "d/a = 31.9 (a/R of a ball), penetration 10.2\u202fm over contact radius 319" in slopes
+    assert (
+        "d/a = 31.9 (a/R of a paraboloid), penetration 10.2\u202fm over contact radius 319"
+        in slopes
+    )
 
 
 @pytest.mark.parametrize(("depth", "told"), [(0.089, False), (0.091, True)])
@@ -62,7 +65,7 @@ def test_strains_that_are_not_small_are_noted_from_a_tenth_on_until_they_are_que
         (
             "adhesive-ball",
             {"adhesion.work": "3178 J/m^2"},  # E* R/(2 pi): a = R at d = 0
-            "g(a)/a = 0.997 (a/R of a ball), the line's profile g at the contact radius",
+            "g(a)/a = 0.997 (a/R of a paraboloid), the line's profile g at the contact radius",
         ),
         ("rolling-ball", {"rolling.creep": 2.0}, "a creep of 2.00 is 200\u202f% of the speed"),
         (
