@@ -17,6 +17,8 @@ from typing import Any
 FINE, WRONG_INPUT, INTERRUPTED = 0, 2, 3
 # One press may come twice: `timeout` and some terminals tell the program and its whole group.
 SAME_PRESS = 0.5
+# Seconds in which a destructor or a callback that swallowed a press ends, before it comes again.
+UNTIL_AGAIN = 0.01
 SHOW_CURSOR = b"\x1b[?25h"  # a bar on the terminal had hidden it
 
 
@@ -28,7 +30,8 @@ class Interrupts:
     """
 
     def __init__(self) -> None:
-        self._first = math.inf
+        self.pressed = False
+        self._first = math.inf  # when the one came that is being dealt with
         self._number = int(signal.SIGINT)
         self._over = False
 
@@ -47,17 +50,13 @@ class Interrupts:
         elif not self._over:
             self._first = math.inf
             if sys.platform == "win32":
-                again = threading.Timer(0.01, _thread.interrupt_main, [self._number])
+                again = threading.Timer(UNTIL_AGAIN, _thread.interrupt_main, [self._number])
             else:  # a real signal ends a wait of the main thread, too
                 main_thread = threading.main_thread().ident or 0
-                again = threading.Timer(0.01, signal.pthread_kill, [main_thread, self._number])
+                wanted = [main_thread, self._number]
+                again = threading.Timer(UNTIL_AGAIN, signal.pthread_kill, wanted)
             again.daemon = True
             again.start()
-
-    @property
-    def pressed(self) -> bool:
-        """Whether one has come."""
-        return self._first < math.inf
 
     def ignore(self) -> None:
         """All is done and said: a ctrl-C that comes now would only spoil the exit code."""
@@ -70,12 +69,19 @@ class Interrupts:
         if self._over:
             return
         if math.isinf(self._first):
-            self._first, self._number = now, number
+            self.pressed, self._first, self._number = True, now, number
             raise KeyboardInterrupt
         if now - self._first > SAME_PRESS:
             cursor = SHOW_CURSOR if os.isatty(2) else b""
             os.write(2, cursor + b"interrupted again: ended at once\n")
             os._exit(INTERRUPTED)
+
+
+def is_interrupt(error: BaseException | None) -> bool:
+    """Tell whether an error is a ctrl-C, or what a class body (`__set_name__`) made of one."""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error is not None
 
 
 def open_standard_streams() -> None:
@@ -108,13 +114,11 @@ def main() -> None:
             from roughline.commands.app import run_command
 
             code = run_command(sys.argv[1:])
-            if interrupts.pressed and code not in (FINE, INTERRUPTED):
-                raise KeyboardInterrupt
         interrupts.ignore()
-    except BaseException:
-        # Whatever ends a program that was interrupted: a class body (`__set_name__`) or a C
-        # extension that an interrupt meets raises an error of its own instead.
-        if not interrupts.pressed:
+    except BaseException as error:
+        # A C extension that is loading forgets the interrupt that it met.
+        lost = interrupts.pressed and isinstance(error, (ImportError, SystemError))
+        if not (lost or is_interrupt(error)):
             raise
         print("interrupted", file=sys.stderr)
         code = INTERRUPTED

@@ -29,13 +29,17 @@ _DRAGGED = frozenset({"friction", "sliding"})
 
 def in_words(error: Exception) -> str:
     """Return an exception that a method should not raise, with the function that raised it."""
-    if isinstance(error.__cause__, KeyboardInterrupt):
-        raise error.__cause__  # it met a class body (`__set_name__`), which made an error of it
     if isinstance(error, MalformedError):
         return str(error)
     where = traceback.extract_tb(error.__traceback__)[-1]
     name = type(error).__name__
     return f"{name}: {error} (in {where.name})" if str(error) else f"{name} in {where.name}"
+
+
+def pass_interrupt_on(error: Exception) -> None:
+    """Raise the ctrl-C that a class body (`__set_name__`) made an error of, if it is one."""
+    if isinstance(error.__cause__, KeyboardInterrupt):
+        raise error.__cause__
 
 
 def run(
@@ -103,6 +107,7 @@ def _contained(solver: Solver[Any], task: Task, reason: Callable[[Exception], st
     try:
         return _answer(solver, task)
     except Exception as error:  # the other loads carry on
+        pass_interrupt_on(error)
         message = reason(error)
     if steps == 1 or task.loads.is_path:  # the rest of a path cannot begin anew
         return Solution.lost(task, message)

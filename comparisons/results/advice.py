@@ -233,7 +233,7 @@ def advise(record: SceneRecord) -> Advice:
                 "quantity": name,
                 "at": record.equal_at(name),
                 "tolerance": record.tolerance,
-                "steps": len(set(record.solved["step"])),
+                "steps": record.steps,
             }
             if name in nothing:
                 bars.append(Verdict(**asked, reason=nothing[name], counts=False))

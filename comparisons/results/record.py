@@ -270,9 +270,15 @@ class SceneRecord:
         return {name: self.solved.where(names == name) for name in dict.fromkeys(names)}
 
     @cached_property
+    def steps(self) -> int:
+        """How many load steps were planned, whether any method solved them or none."""
+        step = self.rows["step"]
+        return len(set(step[np.isfinite(step)]))
+
+    @property
     def of_one_load(self) -> bool:
-        """Whether one load was solved: nothing is drawn over loads, and no step is named."""
-        return len(set(self.solved["step"])) == 1
+        """Whether one load was planned: nothing is drawn over loads, and no step is named."""
+        return self.steps == 1
 
     def solved_rows(self, method: str) -> Rows:
         """Return the converged load steps of one method."""

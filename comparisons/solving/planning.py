@@ -279,13 +279,23 @@ def plan_all(
         members += (source,) if suite is None else suite
     plans: list[Plan] = []
     problems: list[str] = []
+    of_options: dict[str, list[str]] = {}  # each with the scenes that have it
     for source in members:
         try:
             try:
                 scenes = load_scenes(source, overrides)
             except SceneError as error:
-                load_scenes(source)  # of a scene that is right only the overrides can be wrong
-                raise SceneError(origin, error.problems) from error
+                own = []  # what is wrong without the options, and not mended by them
+                try:
+                    load_scenes(source)
+                except SceneError as unchanged:
+                    own = [text for text in unchanged.problems if text in error.problems]
+                for text in error.problems:
+                    if text not in own:
+                        of_options.setdefault(text, []).append(error.source)
+                if own:
+                    raise SceneError(error.source, own) from None
+                continue
             if sensitivity:
                 scenes = [variant for scene in scenes for variant in prepared_otherwise(scene)]
             for scene in scenes:
@@ -295,6 +305,12 @@ def plan_all(
                 plans += plan_scene(scene, effort)
         except InputError as error:
             problems.append(str(error))
+    if of_options:
+        told = [
+            problem if len(scenes) == len(members) else f"{problem} (in {', '.join(scenes)})"
+            for problem, scenes in of_options.items()
+        ]
+        problems.append(str(SceneError(origin, told)))
     if not plans and not problems:
         problems.append("expected at least one scene")
     names = [plan.scene.name for plan in plans]

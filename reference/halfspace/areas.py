@@ -57,7 +57,7 @@ class Patches:
 
     count: int
     areas: NDArray[np.float64]
-    labels: NDArray[np.int32]  # from 1 on, in the order of the areas; 0: no contact
+    labels: NDArray[np.int32]  # k in the cells of areas[k - 1]; 0: no contact
 
 
 def _checked(mask: ArrayLike, spacing: tuple[float, float]) -> NDArray[np.bool_]:

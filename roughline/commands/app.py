@@ -10,6 +10,7 @@ import sys
 
 from cyclopts import App, CycloptsError, Group, Parameter
 
+from roughline.__main__ import is_interrupt
 from roughline.commands import say
 from roughline.commands.arguments import FINE, INTERRUPTED, WRONG_INPUT
 from roughline.commands.everyday import advise, compare, list_, new, paper, report, run, solve
@@ -67,7 +68,7 @@ def run_command(arguments: list[str]) -> int:
     except CycloptsError:
         return WRONG_INPUT
     except InputError as error:
-        return _complain(str(error))
+        return _complain(error, str(error))
     except LostWorkError as error:
         return _interrupted(str(error), arguments)
     except KeyboardInterrupt:
@@ -77,11 +78,13 @@ def run_command(arguments: list[str]) -> int:
         sys.stderr.close()
         return FINE
     except OSError as error:
-        return _complain(f"cannot read or write: {error}")
+        return _complain(error, f"cannot read or write: {error}")
     return result if isinstance(result, int) else FINE
 
 
-def _complain(message: str) -> int:
+def _complain(error: Exception, message: str) -> int:
+    if is_interrupt(error):
+        raise error
     say(message, sys.stderr)
     return WRONG_INPUT
 

@@ -34,11 +34,12 @@ def watched(campaign: Campaign[Any, R], write_page: Callable[[], object]) -> R:
     with watching() as campaign.watch:
         try:
             return campaign.run()
-        except (KeyboardInterrupt, LostWorkError):
-            # A second one may have come while the first was being dealt with.
-            with suppress(InputError):
-                write_page()
-            raise
+        except (KeyboardInterrupt, LostWorkError) as error:
+            stopped = error
+        # outside the handler: an error of the page is none of the interrupt's
+        with suppress(InputError):
+            write_page()
+        raise stopped
 
 
 @contextmanager

@@ -241,6 +241,12 @@ def test_periodic_areas_and_patches_do_not_depend_on_the_origin(mask, shift):
     before, after = (areas.patches(m, (1.0, 2.0), periodic=True) for m in (mask, moved))
     assert before.count == after.count
     assert sorted(before.areas) == sorted(after.areas)
+    # the same cells are together, whatever their labels: each is as large as its patch says
+    for spots in (before, after):
+        cells = np.bincount(spots.labels.ravel(), minlength=spots.count + 1)
+        np.testing.assert_array_equal(2.0 * cells[1:], spots.areas)
+    pairs = np.stack([np.roll(before.labels, shift, axis=(0, 1)), after.labels])
+    assert len(np.unique(pairs.reshape(2, -1), axis=1).T) == before.count + (not mask.all())
     assert areas.corrected_area(mask, (1.0, 1.0), True) == pytest.approx(
         areas.corrected_area(moved, (1.0, 1.0), True)
     )
@@ -262,6 +268,10 @@ def test_patches_meet_across_edges_not_corners_and_across_seams_when_periodic():
     periodic = areas.patches(mask, (0.5, 0.5), periodic=True)
     assert periodic.count == 2
     assert sorted(periodic.areas) == [0.25, 0.75]
+    corners, inside = periodic.labels[0, 0], periodic.labels[1, 1]
+    expected = [[corners, 0, 0, corners], [0, inside, 0, 0], [0, 0, 0, 0], [corners, 0, 0, 0]]
+    assert periodic.labels.tolist() == expected
+    assert periodic.areas[[corners - 1, inside - 1]].tolist() == [0.75, 0.25]
     assert areas.patches(np.zeros((3, 3)), periodic=True).count == 0
 
 

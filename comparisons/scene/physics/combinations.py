@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
 from typing import Any
 
 from pydantic import ValidationError
@@ -57,33 +56,9 @@ def combination_problems(data: Mapping[str, Any]) -> Iterator[str]:
             yield f"body: expected no {cause}: meshed bodies are elastic and frictionless"
         one_body = [name for name in tables if TABLES[name].one_body]
         if "counter_body" in data and one_body:
-            instead = ""
-            with suppress(ValidationError):  # wrong moduli are told elsewhere
-                below, above = (
-                    HalfSpace.model_validate(data.get(key))
-                    for key in ("half_space", "counter_body")
-                )
-                gigapascals = 1e-9 / (1 / below.modulus + 1 / above.modulus)
-                if "friction" in one_body and below == above:
-                    instead = (
-                        "; two equal bodies act as one of half the modulus on a rigid one: drop "
-                        'counter_body, halve E, set friction.coupling = "none"'
-                    )
-                elif one_body == ["plasticity"]:
-                    # the same pressures, and by its own nu the same stresses below them
-                    instead = (
-                        "; the half-space alone is as soft as both, and first yields at the same "
-                        f'load, with youngs_modulus = "{gigapascals * (1 - below.nu**2):.5g} GPa": '
-                        "drop counter_body (if its body yields, exchange the two before)"
-                    )
-                elif {"wear", "lubrication"}.issuperset(one_body):
-                    instead = (
-                        f'; effective_modulus = "{gigapascals:.5g} GPa" alone in [half_space] '
-                        "presses like both: drop counter_body"
-                    )
             yield (
                 f"counter_body: expected no {_either(one_body)} beside it: only the moduli of "
-                f"frictionless elastic bodies add up to one{instead}"
+                f"frictionless elastic bodies add up to one{_instead_of_two(data, one_body)}"
             )
         half_space = data.get("half_space")
         for key in DEPTH_KEYS:
@@ -117,6 +92,38 @@ def combination_problems(data: Mapping[str, Any]) -> Iterator[str]:
             yield f"compare.quantities: {name}: expected {_either(needed)} in the scene"
         if name in DISTRIBUTIONS and (tables or "surface" not in data):
             yield f"compare.quantities: {name}: expected an elastic, frictionless rough [surface]"
+
+
+def _instead_of_two(data: Mapping[str, Any], one_body: list[str]) -> str:
+    """Advise one half-space in place of two, where there is one that does the same."""
+    try:
+        below, above = (
+            HalfSpace.model_validate(data.get(key)) for key in ("half_space", "counter_body")
+        )
+    except ValidationError:  # wrong moduli are told elsewhere
+        return ""
+    if not below.uniform:
+        return ""
+    gigapascals = 1e-9 / (1 / below.modulus + 1 / above.modulus)
+    if "friction" in one_body and below == above:
+        return (
+            "; two equal bodies act as one of half the modulus on a rigid one: drop "
+            'counter_body, halve E, set friction.coupling = "none"'
+        )
+    if one_body == ["plasticity"] and below.poisson_ratio is not None:
+        # the same pressures, and by its own nu the same stresses below them
+        young = gigapascals * (1 - below.poisson_ratio**2)
+        return (
+            "; up to first yield one body does the same: drop counter_body, set "
+            f'half_space.youngs_modulus = "{young:.5g} GPa" (beyond first yield the results are '
+            "those of the softer body; if the counter body yields, swap the two tables first)"
+        )
+    if {"wear", "lubrication"}.issuperset(one_body):
+        return (
+            f'; effective_modulus = "{gigapascals:.5g} GPa" alone in [half_space] presses like '
+            "both: drop counter_body"
+        )
+    return ""
 
 
 # Loads that only some tables of physics have a use for, and why.

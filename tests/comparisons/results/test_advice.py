@@ -81,6 +81,22 @@ def recorded(made, **changes):
     return replace(made, verdicts=explained(made))
 
 
+def test_a_step_is_named_where_several_loads_were_planned_and_one_was_solved():
+    one = record([("reduced", 8, 0.001, 1.0)], bar=0.02)
+    names = ("method", "resolution", "seconds", "seconds_all", "step", "converged", "force")
+    table = pd.DataFrame({name: one.rows[name] for name in names})
+    five = pd.concat([table.assign(step=k, converged=k == 1) for k in range(5)])
+    several = replace(one, rows=Rows.of(five))
+    assert (one.of_one_load, several.of_one_load) == (True, False)
+    told = [
+        setting.verdicts[0].when
+        for item in (one, several)
+        for setting in advise(item).settings
+        if setting.is_truth
+    ]
+    assert told == ["", "load step 2"]
+
+
 def test_the_sentence_names_the_cheapest_setting_of_each_method_fastest_first():
     rows = [
         ("fem", 4, 0.02, 1.0),

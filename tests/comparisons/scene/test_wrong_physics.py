@@ -33,7 +33,8 @@ WRONG = {
         ({"loading": PULL, "counter_body": SOFT, **FRICTION}, "counter_body: expected no [fric"),
         (
             {"counter_body": SOFT, "plasticity": {"yield_stress": 1e6}, "half_space": SOFT},
-            'alone is as soft as both, and first yields at the same load, with youngs_modulus = "0',
+            "up to first yield one body does the same: drop counter_body, set half_space.youngs_mod"
+            'ulus = "0.0015 GPa" (beyond first yield the results are those of the softer body',
         ),
         (
             {"counter_body": SOFT, "wear": {"coefficient": 1e-13}, "half_space": SOFT},
@@ -214,3 +215,25 @@ def test_what_makes_no_sense_is_refused_with_the_reason(source):
         told = "\n".join(caught.value.problems)
         for reason in reasons:
             assert reason in told, (changes, told)
+
+
+@pytest.mark.parametrize(
+    ("below", "young"),
+    [
+        (STEEL, (1 - 0.3**2) / ((1 - 0.3**2) / 210 + (1 - 0.2**2) / 70)),  # in GPa
+        ({"shear_modulus": "80 GPa", "poisson_ratio": 0.25}, 0.9375 / (0.75 / 160 + 0.96 / 70)),
+        ({"effective_modulus": "230 GPa"}, None),
+        (STEEL | {"layers": [STEEL | {"thickness": 1e-6}]}, None),
+    ],
+)
+def test_one_body_is_advised_in_place_of_two_where_it_first_yields_at_the_same_load(below, young):
+    """E' = (1 - nu^2)/(1/E1* + 1/E2*), nu that of the body that yields."""
+    glass = {"youngs_modulus": "70 GPa", "poisson_ratio": 0.2}
+    changes = {"half_space": below, "counter_body": glass, "plasticity": {"yield_stress": 1e9}}
+    with pytest.raises(SceneError) as caught:
+        load_scene(changed("paraboloid", changes))
+    told = "\n".join(caught.value.problems)
+    assert "counter_body: expected no [plasticity] beside it" in told
+    assert ("drop counter_body" in told) == (young is not None)
+    if young is not None:
+        assert f'half_space.youngs_modulus = "{young:.5g} GPa"' in told

@@ -274,6 +274,25 @@ def test_options_are_held_against_the_scene_that_they_change(roughline, words):
     """A paraboloid has no mean gap, and leaves no dent: what is right here was refused for it."""
     assert roughline("run", *words, "--plan").code == 0
     assert roughline("run", "paraboloid", *words[1:], "--plan").err.startswith("--methods, ")
+    several = roughline("run", words[0], "paraboloid", "sphere", *words[1:], "--plan").err
+    assert several.startswith("--methods, ")
+    assert several.endswith(" (in paraboloid, sphere)\n")
+    assert several.count("\n") == 2
+
+
+def test_problems_of_options_and_of_the_file_are_told_apart(roughline, tmp_path):
+    """What an option mends is none, and what it brings is told beside what the file has."""
+    (tmp_path / "a.toml").write_text(BALL.replace("10 mm", "-10 mm"))
+    nonsense = ("--methods", "nonsense", "--plan")
+    (tmp_path / "unloaded.toml").write_text(
+        BALL.replace("[loading]\npenetration = [1e-6, 2e-6]\n", "")
+    )
+    mended = roughline("run", "unloaded.toml", "--loads", "force=1 N", *nonsense).err
+    assert "nonsense" in mended
+    assert "loading" not in mended.partition("\n")[2]
+    both = roughline("run", "a.toml", *nonsense).err
+    assert "a.toml:\n  indenter.radius: " in both
+    assert "--option:\n  compare.methods" in both
 
 
 def test_problems_of_all_files_come_at_once(roughline, tmp_path):
@@ -757,6 +776,28 @@ cli.app = interrupted
 __main__.main()
 """
 
+FAULT_AFTER_INTERRUPT = """
+import os, signal, sys
+from comparisons.questions import study
+from roughline import __main__
+from roughline.commands import everyday
+
+done = []
+
+def stop(task):
+    done.append(task)
+    os.kill(os.getpid(), signal.SIGINT)
+
+def fail(*arguments, **options):
+    if done:
+        raise FAULT
+
+study.execute = stop
+PLACE = fail
+sys.argv = ["roughline", "run", "paraboloid", "--out", "o", "--no-pictures"]
+__main__.main()
+"""
+
 INTERRUPTED_IN_A_DESTRUCTOR = """
 import os, signal, time
 from roughline import __main__
@@ -807,6 +848,24 @@ def test_control_c_is_code_3_whatever_it_was_made_into(tmp_path, ending):
     with started("-c", code, cwd=tmp_path) as process:
         _, said = process.communicate(timeout=120)
     assert (process.returncode, said) == (3, "interrupted\n")
+
+
+@pytest.mark.usefixtures("interruptible")
+@pytest.mark.parametrize("place", ["study.save_study", "everyday._write_page"])
+@pytest.mark.parametrize(
+    ("fault", "code", "end"),
+    [
+        ("ValueError('a bug')", 1, "ValueError: a bug\n"),
+        ("OSError(28, 'disk full')", 2, "cannot read or write: [Errno 28] disk full\n"),
+    ],
+)
+def test_what_fails_after_a_control_c_is_told(tmp_path, place, fault, code, end):
+    """An interrupt explains only what it was made into."""
+    program = FAULT_AFTER_INTERRUPT.replace("PLACE", place).replace("FAULT", fault)
+    with started("-c", program, cwd=tmp_path) as process:
+        _, said = process.communicate(timeout=120)
+    assert (process.returncode, said.endswith(end)) == (code, True), said
+    assert ("Traceback" in said) == (code == 1)
 
 
 @pytest.mark.usefixtures("interruptible")
