@@ -32,7 +32,8 @@ class Method:
     # Factor of the work when the resolution doubles: N^2 log N and more iterations for grids, N^5
     # for meshes, N^6 for dense matrices.
     growth: float = 6.0
-    # That a job of the quick suite takes, measured once: expected of a job before any like it.
+    # The time of a typical job of the quick suite, measured once: until one of the method is done,
+    # the least that is expected.
     seconds: float | None = None
     # Other people's code (peer) checks the reference, and is never the reference itself. A user's
     # (outside) is untrusted: it is judged, and takes no part in what the truth is.

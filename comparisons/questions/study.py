@@ -11,7 +11,7 @@ from typing import ClassVar, Unpack
 
 from comparisons.errors import ResultsError
 from comparisons.facts.methods import METHODS
-from comparisons.files import read_arrays, write_arrays
+from comparisons.files import write_arrays
 from comparisons.judging.refinement import enlarged, expected, refinements
 from comparisons.machine import source_digest
 from comparisons.questions.campaign import WHOLE, Campaign, Options, Part
@@ -30,17 +30,15 @@ from comparisons.results.store import (
     write_fields,
 )
 from comparisons.solving.execution import compile_apart, execute
-from comparisons.solving.inquiries import Inquiry, solve_job
+from comparisons.solving.inquiries import SOLUTION, Inquiry, solve_job
 from comparisons.solving.jobs import Done, Job, Kind, Remaining
 from comparisons.solving.plan import Effort, Plan
-from comparisons.solving.plan_record import PlanRecord
 from comparisons.tasks.shown_loads import SHOWN_ONLY, shown
-from comparisons.tasks.solution import PREFIX, REALISATIONS, Solution, Solved, save_solution
+from comparisons.tasks.solution import REALISATIONS, Solution, Solved, save_solution
 from comparisons.tasks.task import Task
 
 _MINUTE = 60.0  # seconds that a refined solve may be expected to take at quick effort
-# Seconds that the report takes when all is solved, and of these each scene: measured once.
-REPORT, OF_SCENE = 3.0, 0.7
+WITH_ALL_FIELDS = replace(SOLUTION, is_final=lambda s: SOLUTION.is_final(s) and s.whole)
 SOON_SOLVED = 1.0  # seconds: a shorter solve of lines or of surfaces that no page shows is not kept
 
 
@@ -76,7 +74,6 @@ class Study(Campaign[None, StudyRecord]):
         self.plans, self.part, self.paraview = plans, part, paraview
         self._solutions: dict[str, Solution] = {}
         self._merged: tuple[Run, ...] = ()
-        self._finest_before: dict[tuple[str, str], int] = {}
         self._begun = False
         # Scenes whose numbers of surfaces are not chosen yet, and what these will add.
         self._expected: dict[int, list[Kind]] = {}
@@ -98,7 +95,7 @@ class Study(Campaign[None, StudyRecord]):
         plan = self.plans[index]
         counted = {planned.method for planned in plan.methods if planned.numbers}
         first = [task for task in plan.tasks if task.method in counted]
-        self._expected[index] = expected(plan, self.effort)
+        self._expected[index] = expected(plan, self.effort)[self.part[0] - 1 :: self.part[1]]
         yield self._jobs(first + self._share([t for t in plan.tasks if t not in first]))
         self.plans[index] = plan = enlarged(plan, self.solved(plan), self.effort)
         del self._expected[index]
@@ -119,31 +116,30 @@ class Study(Campaign[None, StudyRecord]):
         jobs = {task.key: task for task in tasks}
         self._own.update(jobs)
         self._asked.update(jobs)
-        finest = _finest({plan.scene.name: plan for plan in self.plans})
-        for task in jobs.values() if self.resume else ():
-            path, setting = self._path(task), (task.scene.name, task.method)
-            # A run kept only what its pages showed: less of all but the finest grids.
-            more = self.paraview and not path.with_suffix(".vtu").exists()
-            more |= finest[setting] == task.resolution < self._finest_before.get(setting, 0)
-            if more and task.realisations[0] == 0:
-                path.unlink(missing_ok=True)
-        return [
-            solve_job(
-                task,
-                partial(
-                    solve_task,
-                    finest=task.resolution == finest[task.scene.name, task.method],
-                    every_field=self.paraview,
-                ),
-            )
-            for task in jobs.values()
-        ]
+        finest = _finest(self.plans)
+        requested = []
+        for task in jobs.values():
+            is_finest = task.resolution == finest[task.scene.name, task.method]
+            job = solve_job(task, partial(solve_task, finest=is_finest, every_field=self.paraview))
+            if task.realisations[0] == 0:
+                # An earlier run kept only what its pages showed: less of all but the finest grids.
+                path = self._path(task)
+                if self.resume and self.paraview and not path.with_suffix(".vtu").exists():
+                    path.unlink(missing_ok=True)
+                job = replace(job, archive=WITH_ALL_FIELDS) if is_finest else job
+            requested.append(job)
+        return requested
 
     def remaining(self) -> Remaining:
-        """Return the remaining time, to the end of the report."""
+        """Return the remaining time; finer grids may follow at full effort."""
         kinds = [kind for kinds in self._expected.values() for kind in kinds]
         left = self._inquiries.remaining(kinds)
-        return replace(left, seconds=left.seconds + REPORT + OF_SCENE * len(self.plans))
+        refined = self.effort == "full" and not self._is_part
+        may_follow = refined and any(
+            plan.scene.compare.resolutions is None and plan.scene.name not in self.finished
+            for plan in self.plans
+        )
+        return replace(left, complete=left.complete and not may_follow)
 
     def received(self, done: Done) -> None:
         """Register a solution; repeatedly killed tasks have no answer at any step."""
@@ -196,7 +192,7 @@ class Study(Campaign[None, StudyRecord]):
         tasks = [task for plan in self.plans for task in plan.tasks]
         if record.interrupted or not all(task.key in self._solutions for task in tasks):
             return
-        finest = _finest({plan.scene.name: plan for plan in self.plans})
+        finest = _finest(self.plans)
         for task in tasks:
             solution, path = self._solutions[task.key], self._path(task)
             # What was lost is kept with its reason: `merge` solves only what has no reason.
@@ -206,14 +202,13 @@ class Study(Campaign[None, StudyRecord]):
                     path.unlink(missing_ok=True)
                 continue
             lines = METHODS[task.method].dimension == 1 and len(task.realisations) > 1
-            dropped: tuple[str, ...] = (PREFIX,) if soon and lines else ()
-            if task.resolution < finest[task.scene.name, task.method]:
-                dropped += SHOWN_ONLY
-            if dropped and path.exists():
-                arrays = read_arrays(path)
-                kept = {name: v for name, v in arrays.items() if not name.startswith(dropped)}
-                if len(kept) < len(arrays):
-                    write_arrays(path, kept)
+            thinned = task.resolution < finest[task.scene.name, task.method] and solution.whole
+            if thinned:
+                solution = without_shown_only(solution)
+            if soon and lines:
+                write_arrays(path, solution.fields)
+            elif thinned and path.exists():  # none of what was lost
+                save_solution(path, solution)
 
     def seconds_before(self) -> float | None:
         """Return the seconds of the resumed run, and keep the list of runs that it was merged from.
@@ -233,7 +228,6 @@ class Study(Campaign[None, StudyRecord]):
                 "scenes, or choose another --out"
             )
         self._merged = record.runs
-        self._finest_before = _finest({scene.name: scene.plan for scene in record.scenes})
         return record.seconds
 
     def lost(self) -> list[tuple[Task, str]]:
@@ -301,11 +295,11 @@ def solved_in_memory(
     return plan, solved(plan)
 
 
-def _finest(plans: Mapping[str, PlanRecord]) -> dict[tuple[str, str], int]:
+def _finest(plans: Iterable[Plan]) -> dict[tuple[str, str], int]:
     """Return the finest resolution of each method on each scene."""
     return {
-        (scene, planned.method): max(planned.resolutions, default=0)
-        for scene, plan in plans.items()
+        (plan.scene.name, planned.method): max(planned.resolutions, default=0)
+        for plan in plans
         for planned in plan.methods
     }
 
@@ -335,7 +329,10 @@ def solve_task(task: Task, *, finest: bool = True, every_field: bool = False) ->
     solution = execute(task) if first else execute(task, repeats=1)
     solution.compile_seconds += apart
     solution.fields = shown(solution.fields, all_of_them=every_field) if first else {}
-    if not (finest or every_field):
-        for name in [name for name in solution.fields if name.startswith(SHOWN_ONLY)]:
-            del solution.fields[name]
-    return solution
+    return solution if finest or every_field else without_shown_only(solution)
+
+
+def without_shown_only(solution: Solution) -> Solution:
+    """Return a solution without the fields that pages show of the finest grid alone."""
+    fields = {n: v for n, v in solution.fields.items() if not n.startswith(SHOWN_ONLY)}
+    return replace(solution, fields=fields, whole=False)

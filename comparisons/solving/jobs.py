@@ -25,8 +25,9 @@ if TYPE_CHECKING:
 
 # Solves that are timed are repeated up to so many times, within so many seconds.
 REPEATS, REPEAT_SECONDS = 3, 0.1
-# The work of a method grows from here: on coarser grids other things take the time.
-COARSE = 64
+# Seconds of a solve that do not grow with the grid, and the most by which what exceeds them grew at
+# a doubling: meshes and dense matrices of single contacts are too small for their law.
+OVERHEAD, STEEPEST = 0.1, 16.0
 
 
 @dataclass(frozen=True)
@@ -90,7 +91,7 @@ class Done:
 
 @dataclass(frozen=True)
 class Remaining:
-    """Remaining seconds, and whether they are complete: False if no similar job was done yet."""
+    """Remaining seconds, and whether they are complete: False if jobs may take much longer."""
 
     seconds: float
     complete: bool
@@ -151,18 +152,33 @@ class Forecast:
                 sum(c[n].solving / c[n].realisations for c in both)
                 for n in (nearest, kind.resolution)
             )
-            doublings = math.log2(max(kind.resolution, COARSE) / max(nearest, COARSE))
-            grown = there / here if here > 0.0 else growth(kind.method) ** doublings
-            solving *= jobs * kind.realisations / own[nearest].realisations * grown
+            solving *= jobs * kind.realisations / own[nearest].realisations
+            if here > 0.0:
+                solving *= there / here
+            else:
+                doublings = math.log2(kind.resolution / nearest)
+                grown = min(growth(kind.method), STEEPEST) ** doublings
+                solving += max(solving - OVERHEAD, 0.0) * (grown - 1.0)
         return beside + _repeated(solving, kind)
 
     def remaining(self, kinds: Iterable[Kind], workers: int) -> Remaining:
-        """Return the remaining time of jobs, divided among the workers."""
-        costs = [self.cost(kind) for kind in kinds]
-        estimates = [cost for cost in costs if cost is not None]
+        """Return the remaining time of jobs, divided among the workers.
+
+        It is complete if of each job's method another was done on this scene, or as fine a one.
+        """
+        asked = list(kinds)
+        estimates = [cost for cost in map(self.cost, asked) if cost is not None]
         # One worker has the longest job, however many workers there are.
         seconds = max(sum(estimates) / workers, max(estimates, default=0.0))
-        return Remaining(seconds, len(estimates) == len(costs))
+        finest: dict[str, int] = {}
+        for (_, method), costs in self._costs.items():
+            finest[method] = max(finest.get(method, 0), *costs)
+        complete = all(
+            (kind.scene, kind.method) in self._costs
+            or kind.resolution <= finest.get(kind.method, 0)
+            for kind in asked
+        )
+        return Remaining(seconds, complete)
 
 
 def _repeated(solving: float, kind: Kind) -> float:

@@ -60,7 +60,8 @@ class Plan(PlanRecord):
                 planned.method,
                 resolution,
                 block,
-                # whichever is the finest: that changes as grids are added, keys must not
+                # The key of a coarse grid says so, too: which grid is the finest changes as grids
+                # are added, keys must not. `solve_task` leaves the body out on coarse grids.
                 with_body=pictured and block[0] == 0,
             )
             for planned in self.methods

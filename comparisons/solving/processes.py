@@ -143,11 +143,11 @@ class ProcessExecutor(Executor):
             try:
                 with _deaf_to_control_c():
                     future = self._pool().submit(timed, job.work, job.arguments)
+                    self._running[future] = job
             except BrokenExecutor:
                 # An idle process was ended just now: nobody's fault, and the next pool is whole.
                 self._waiting.appendleft(job)
                 return
-            self._running[future] = job
 
     def _next(self, budget: float) -> Job | None:
         """Return a job that may start beside what is running, taken off its queue."""

@@ -97,6 +97,8 @@ class Solution:
     # Steps follow each other along a path or in time: errors and bars are then relative to the
     # largest value along it, because single values pass zero.
     path: bool = False
+    # It has the fields that pages show of the finest grid of a method alone, where there are any.
+    whole: bool = True
     # Elastic contact without other physics, of one body, of two that are both meshed, or of a rough
     # surface: what error a change between grids leaves was measured there.
     contact: Contact = ""
@@ -328,6 +330,7 @@ def arrays_of(solution: Solution) -> dict[str, np.ndarray]:
         "machine": solution.machine,
         "exact": solution.exact,
         "path": solution.path,
+        "whole": solution.whole,
         "contact": solution.contact,
         "reasons": [[*index, reason] for index, reason in solution.reasons.items()],
     }
@@ -367,6 +370,7 @@ def solution_of(arrays: dict[str, np.ndarray]) -> Solution:
         **numbers,
         exact=tuple(document["exact"]),
         path=bool(document["path"]),
+        whole=bool(document["whole"]),
         contact=document["contact"],
         machine=str(document["machine"]),
     )

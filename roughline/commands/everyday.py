@@ -29,6 +29,9 @@ from roughline.commands.arguments import (
 if TYPE_CHECKING:
     from comparisons.solving.plan import Effort, Plan
 
+# Seconds that the report takes when all is solved, and of these each scene: measured once.
+REPORT, OF_SCENE = 3.0, 0.7
+
 
 def new(kind: Literal["ball", "map", "punch"], file: Path | None = None) -> int:
     """Write a scene file with comments, to be changed into yours.
@@ -152,8 +155,9 @@ def run(  # noqa: PLR0913 (the options on the command line)
         resume=resume,
         overwrite=overwrite,
     )
+    left = REPORT + OF_SCENE * len(plans)
     with held(directory):
-        record = watched(study, lambda: _write_page(directory, pictures=False))
+        record = watched(study, lambda: _write_page(directory, pictures=False), left)
         _, *mailed = _write_page(directory, pictures, static)
     lost = study.lost()
     terminal.print_study(record, lost, verbose=verbose)

@@ -27,11 +27,14 @@ COMPILED = 2.0
 WORTH_SAYING = 1.0
 
 
-def watched(campaign: Campaign[Any, R], write_page: Callable[[], object]) -> R:
-    """Run a campaign with progress on the terminal; write its page even after an interrupt."""
+def watched(campaign: Campaign[Any, R], write_page: Callable[[], object], report: float = 0.0) -> R:
+    """Run a campaign with progress on the terminal; write its page even after an interrupt.
+
+    The report that is written afterwards takes `report` seconds of the remaining time.
+    """
     from comparisons.errors import InputError, LostWorkError
 
-    with watching() as campaign.watch:
+    with watching(report) as campaign.watch:
         try:
             return campaign.run()
         except (KeyboardInterrupt, LostWorkError) as error:
@@ -43,10 +46,10 @@ def watched(campaign: Campaign[Any, R], write_page: Callable[[], object]) -> R:
 
 
 @contextmanager
-def watching() -> Iterator[Watch]:
+def watching(report: float = 0.0) -> Iterator[Watch]:
     """Yield a progress display that suits the terminal."""
     with _bar() as (console, bar):
-        yield _Watcher(console, bar)
+        yield _Watcher(console, bar, report)
 
 
 @contextmanager
@@ -98,8 +101,8 @@ class _Watcher:
     A line stands for finished scenes, an occasional one for the way, and one for the end.
     """
 
-    def __init__(self, console: Console, bar: Progress | None) -> None:
-        self._console, self._bar = console, bar
+    def __init__(self, console: Console, bar: Progress | None, report: float) -> None:
+        self._console, self._bar, self._report = console, bar, report
         self._said, self._known = time.monotonic(), set[str]()
 
     def __call__(self, campaign: Campaign[Any, Any], done: Done | None) -> None:
@@ -108,7 +111,7 @@ class _Watcher:
             self._say(compiled(done.job.kind.method, seconds))
         solved, total = campaign.counts
         if self._bar is not None:
-            text = f"{progress(campaign)}  {_task_line(done)}"
+            text = f"{progress(campaign, self._report)}  {_task_line(done)}"
             self._bar.update(self._bar.task_ids[0], completed=solved, total=total, text=text)
             return
         finished = [name for name in campaign.finished if name not in self._known]
@@ -116,7 +119,7 @@ class _Watcher:
         pause = SCENE_LINE if finished else LINE
         if done is None or now - self._said >= pause or solved == total:
             at = f"done: {', '.join(finished)}" if finished else _task_line(done)
-            self._say(", ".join(filter(None, (progress(campaign), at))))
+            self._say(", ".join(filter(None, (progress(campaign, self._report), at))))
             self._said = now
             self._known.update(finished)
 
@@ -135,15 +138,19 @@ def compiled(method: str, seconds: float) -> str:
     return f"{method}: compiled in {duration(seconds)}, cached for the next runs"
 
 
-def progress(campaign: Campaign[Any, Any]) -> str:
+def progress(campaign: Campaign[Any, Any], report: float = 0.0) -> str:
     """Report the progress of a campaign and its remaining time, estimated from similar solves."""
+    from comparisons.formatting import duration
+
     done, total = campaign.counts
     text = f"solved {done} of {total}"
     remaining = campaign.remaining()
-    if remaining.seconds < WORTH_SAYING:
+    seconds = remaining.seconds + report
+    if seconds < WORTH_SAYING:
         return text
-    about = "about" if remaining.complete else "at least"
-    return text + left_over(remaining.seconds, about)
+    if done == total and report:
+        return f"{text}, the report takes about {duration(report)}"
+    return text + left_over(seconds, "about" if remaining.complete else "at least")
 
 
 def _task_line(done: Done | None) -> str:

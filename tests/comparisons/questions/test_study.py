@@ -2,6 +2,7 @@
 
 import json
 import time
+from contextlib import nullcontext
 from dataclasses import replace
 from unittest.mock import Mock
 
@@ -11,6 +12,7 @@ import pandas as pd
 import pytest
 
 from comparisons.errors import ResultsError
+from comparisons.facts.methods import METHODS
 from comparisons.judging.truth import NO_REFERENCE
 from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.methods.registry import SOLVERS, concerned
@@ -99,13 +101,43 @@ def test_files_for_paraview_are_whole_when_a_run_that_wrote_none_is_resumed(ball
         assert set(later.point_data | later.cell_data) == set(whole.point_data | whole.cell_data)
 
 
-def test_the_finest_grid_keeps_its_earlier_loads_when_a_run_is_resumed_with_fewer(scene, tmp_path):
-    """A whole run drops them on a coarser grid, which is now the finest."""
+@pytest.mark.parametrize("killed", [False, True])
+def test_the_finest_grid_has_all_that_pages_show_when_a_run_is_resumed_with_fewer(
+    scene, tmp_path, killed
+):
+    """The run before left it out on a coarser grid, which is now the finest."""
     compared = {"methods": ["closed_form", "bem_fft"], "quantities": ["force", "pressure"]}
-    for resolutions in ([6, 12], [6]):
-        plans = plan_scene(scene(compare=compared | {"resolutions": resolutions}))
-        (record,) = Study(plans, tmp_path / "out", resume=resolutions == [6]).run().scenes
+    both, coarse = (
+        plan_scene(scene(compare=compared | {"resolutions": n})) for n in ([6, 12], [6])
+    )
+
+    def kill(study, _):
+        if killed and study.counts[0] == study.counts[1]:
+            raise MemoryError
+
+    with pytest.raises(MemoryError) if killed else nullcontext():
+        Study(both, tmp_path / "out", watch=kill).run()
+    (record,) = Study(coarse, tmp_path / "out", resume=True).run().scenes
     assert stored_steps(record.load_fields("bem_fft", 6)) == [0, 1]
+
+
+def test_a_part_expects_its_share_of_the_surfaces_that_pilots_will_ask_for(rough, tmp_path):
+    """All parts solve the pilots."""
+    plans = plan_scene(rough(realisations=200, compare={"methods": ["bem_fft"]}))
+    told = {}
+
+    def stop(study, _):
+        told[study.part] = study.remaining().seconds, study.counts[1]
+        raise KeyboardInterrupt
+
+    for part in ((1, 1), (1, 2), (2, 2)):
+        with pytest.raises(KeyboardInterrupt):
+            Study(plans, tmp_path / f"{part}", part=part, watch=stop).run()
+    (whole, pilots), *parts = told.values()
+    (one, _), (other, _) = parts
+    job = METHODS["bem_fft"].seconds
+    assert whole > (pilots + 1) * job
+    assert one + other == pytest.approx(whole + pilots * job)
 
 
 def test_the_body_is_stressed_on_the_finest_grid_alone(scene):
@@ -345,7 +377,15 @@ def test_full_effort_refines_the_truth_in_the_folder(scene, tmp_path):
         scene(indenter={"shape": "square_punch", "side": 1e-3}, compare=compared), "full"
     )
     coarse = [replace(m, resolutions=(2, 4)) if m.supported else m for m in plan.methods]
-    Study([replace(plan, methods=tuple(coarse))], tmp_path / "out", effort="full").run()
+    told = []
+    Study(
+        [replace(plan, methods=tuple(coarse))],
+        tmp_path / "out",
+        effort="full",
+        watch=lambda study, _: told.append(study.remaining().complete),
+    ).run()
+    assert told[:-1] == [False] * (len(told) - 1)  # a finer grid may follow
+    assert told[-1]
     record = load_study(tmp_path / "out").scenes[0]
     assert record.reference.method == "bem_fft"
     assert record.reference.resolution > 4

@@ -238,6 +238,22 @@ def test_control_c_in_a_terminal_ends_nothing_but_the_process_that_hands_out_the
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="signals")
+def test_a_job_that_is_handed_over_when_a_ctrl_c_comes_is_known_to_be_under_way(monkeypatch):
+    """Else nobody would end it."""
+
+    class Pool:
+        def submit(self, *_):
+            signal.raise_signal(signal.SIGINT)
+            return Future()
+
+    executor, job = ProcessExecutor(1), Job("one", pow)
+    monkeypatch.setattr(executor, "_pool", Pool)
+    with pytest.raises(KeyboardInterrupt):
+        executor.add([job])
+    assert list(executor._running.values()) == [job]
+
+
 def test_one_worker_needs_no_other_process():
     assert isinstance(executor_for(1), SerialExecutor)
     assert executor_for(3).workers == 3

@@ -2,11 +2,12 @@
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 
 from comparisons.facts.methods import METHODS
-from comparisons.solving.jobs import REPEAT_SECONDS, Forecast, Kind
+from comparisons.solving.jobs import OVERHEAD, REPEAT_SECONDS, Forecast, Kind, Remaining
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 
@@ -25,19 +26,36 @@ def test_a_like_task_costs_the_same_for_each_realisation(kind):
     assert forecast.cost(replace(kind, realisations=2)) == 4.0
 
 
-@pytest.mark.parametrize("method", ["bem_fft", "fem"])
-def test_a_finer_task_costs_more_by_the_growth_of_its_method(kind, method):
+def test_a_finer_task_costs_more_by_the_growth_of_its_method(kind):
     forecast = Forecast()
-    forecast.learn(replace(kind, method=method), 1.0)
-    finer = replace(kind, method=method, resolution=256)
-    assert math.isclose(forecast.cost(finer), METHODS[method].growth ** 2)
+    forecast.learn(kind, 1.0 + OVERHEAD)
+    finer = forecast.cost(replace(kind, resolution=256))
+    assert math.isclose(finer, METHODS["bem_fft"].growth ** 2 + OVERHEAD)
 
 
-def test_coarse_grids_cost_alike(kind):
-    """By the law of dense matrices 5 cells in a tenth of a second made ten minutes of 20."""
-    coarse, forecast = replace(kind, method="bem_dense", resolution=5), Forecast()
-    forecast.learn(coarse, 0.1)
-    assert math.isclose(forecast.cost(replace(coarse, resolution=20)), 0.1)
+# Measured: seconds of a solve of the scene `cone`, by elements or cells in a radius of contact, and
+# of a surface of `rough-free`, by points a side.
+LEVELS = {
+    "bem_dense": [(5, 0.03), (10, 0.17), (20, 2.3)],
+    "bem_fft": [(16, 0.08), (32, 0.17), (64, 0.96), (128, 4.7), (256, 8.2)],
+    "fem": [(2, 0.07), (3, 0.24), (4, 0.50), (6, 2.7), (8, 8.1)],
+}
+SURFACES = {"bem_fft": [(64, 0.186), (128, 0.50), (256, 1.04)]}
+
+
+@pytest.mark.parametrize(
+    ("levels", "realisations"), [(LEVELS, 1), (SURFACES, 25)], ids=["contact", "rough"]
+)
+def test_the_next_level_costs_as_much_as_it_did(kind, levels, realisations):
+    """Within a factor of 3: the law of dense matrices, N^6, made ten minutes of two seconds."""
+    for method, measured in levels.items():
+        for (coarse, seconds), (fine, expected) in pairwise(measured):
+            forecast = Forecast()
+            job = replace(kind, method=method, resolution=coarse, realisations=realisations)
+            forecast.learn(job, realisations * seconds)
+            told = forecast.cost(replace(job, resolution=fine)) / realisations
+            least, most = sorted((told, expected))
+            assert most < 3 * least + OVERHEAD, (method, coarse, fine)
 
 
 def test_what_a_job_takes_beside_its_solve_does_not_grow_with_the_grid(kind):
@@ -45,7 +63,7 @@ def test_what_a_job_takes_beside_its_solve_does_not_grow_with_the_grid(kind):
     forecast = Forecast()
     forecast.learn(kind, 10.0, solving=0.001)
     finer = forecast.cost(replace(kind, resolution=256))
-    assert math.isclose(finer, 9.999 + 0.001 * METHODS["bem_fft"].growth ** 2)
+    assert math.isclose(finer, 10.0)
 
 
 def test_the_nearest_resolution_counts_and_another_scene_only_if_its_own_is_new(kind):
@@ -53,7 +71,7 @@ def test_the_nearest_resolution_counts_and_another_scene_only_if_its_own_is_new(
     forecast.learn(replace(kind, resolution=16), 1.0)
     forecast.learn(replace(kind, resolution=128), 100.0)
     finer = forecast.cost(replace(kind, resolution=256))
-    assert math.isclose(finer, 100 * METHODS["bem_fft"].growth)
+    assert math.isclose(finer, (100 - OVERHEAD) * METHODS["bem_fft"].growth + OVERHEAD)
     # the mean job of the method, however many surfaces it has
     forecast.learn(replace(kind, scene="third", resolution=128), 50.0)
     other = replace(kind, scene="other", resolution=256, realisations=1000)
@@ -79,9 +97,19 @@ def test_short_solves_are_repeated_for_their_time_only_on_the_first_surfaces(kin
     assert math.isclose(forecast.cost(kind), 1.0 + solving)
 
 
-def test_before_any_job_one_of_our_methods_costs_what_it_once_did(kind):
+def test_before_any_job_one_of_our_methods_costs_at_least_what_it_once_did(kind):
     expected = Forecast().remaining([kind, kind], 1)
-    assert (expected.seconds, expected.complete) == (2 * METHODS["bem_fft"].seconds, True)
+    assert expected == Remaining(2 * METHODS["bem_fft"].seconds, complete=False)
+
+
+def test_a_finer_grid_than_any_so_far_makes_another_scene_a_lower_bound(kind):
+    """A map of 4096 points a side is not done in the time of a ball."""
+    forecast = Forecast()
+    forecast.learn(kind, 10.0)
+    other = replace(kind, scene="other")
+    assert forecast.remaining([other], 1).complete
+    assert not forecast.remaining([replace(other, resolution=4096)], 1).complete
+    assert forecast.remaining([replace(kind, resolution=4096)], 1).complete
 
 
 def test_an_unknown_method_makes_the_sum_a_lower_bound(kind):

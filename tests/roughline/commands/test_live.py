@@ -39,8 +39,8 @@ def test_a_pipe_and_a_terminal_that_cannot_move_its_cursor_get_plain_lines(
     assert told.out == ""
     lines = [line for line in told.err.splitlines() if "compiled" not in line]
     assert all(line.startswith("solved ") for line in lines)
-    assert lines[0] == "solved 0 of 4, about 4.8\u202fs left"
-    assert lines[-1] == "solved 4 of 4, about 3.7\u202fs left, done: paraboloid"
+    assert lines[0].startswith("solved 0 of 4")
+    assert lines[-1] == "solved 4 of 4, done: paraboloid"
     assert "\x1b" not in told.err
 
 
@@ -70,6 +70,16 @@ def test_the_remaining_time_says_whether_it_is_all(rest, words):
             return rest
 
     assert live.progress(Half()) == words
+
+
+def test_at_the_end_only_the_report_is_left():
+    class Solved:
+        counts = (3, 3)
+
+        def remaining(self):
+            return Remaining(0.0, complete=True)
+
+    assert live.progress(Solved(), 4.0) == "solved 3 of 3, the report takes about 4.0\u202fs"
 
 
 @pytest.mark.slow
