@@ -41,6 +41,8 @@ def print_known(plans: list[Plan], as_json: bool, again: str) -> int:
         return FINE
     for plan in plans:
         name, tolerance = plan.scene.name, plan.scene.compare.tolerance
+        for note in _warnings(plan.notes):
+            terminal.print_text(f"{name}: {note}")
         if known := answers[name]:
             terminal.print_text(f"{name}: {plainly(known, tolerance)}")
             terminal.print_text(f"{name}: {in_words(known, tolerance)}")
@@ -48,8 +50,6 @@ def print_known(plans: list[Plan], as_json: bool, again: str) -> int:
             verdicts = [f"{claim} ({verdict})" for claim, verdict in claims_on(plan.scene).items()]
             found = f"claims on this built-in scene: {', '.join(verdicts)}" if verdicts else NOTHING
             terminal.print_text(f"{name}: {found}")
-        for note in _warnings(plan.notes):
-            terminal.print_text(f"{plan.scene.name}: {note}")
     say(f"To be sure: {again}")
     return FINE
 

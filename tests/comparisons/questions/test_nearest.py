@@ -326,14 +326,14 @@ def test_advise_says_it_first_and_can_end_there(capsys, monkeypatch):
     assert traction["agrees"]
     assert "rolling-curve-springs" in document["claims_on_scene"]
     assert run_command(["advise", "sphere", "--known"]) == 0
-    assert "small slopes and strains" in " ".join(capsys.readouterr().out.split())  # a/R = 0.45
+    assert capsys.readouterr().out.startswith("sphere: check the slopes: d/a = 0.678")
     assert run_command(["advise", "sphere", "--known", "--json"]) == 0
     (document,) = json.loads(capsys.readouterr().out)
-    assert "small slopes and strains" in " ".join(document["notes"])
+    assert document["notes"][0].startswith("check the slopes: d/a = 0.678")
     assert run_command(["advise", "rounded-punch", "--known"]) == 0
     assert "no claim has measured such a scene" in capsys.readouterr().out
     assert run_command(["advise", "soft-ball-film", "--known"]) == 0
     said = flat(capsys.readouterr().out)
-    assert said.startswith("soft-ball-film: claims on this built-in scene: film-central (")
+    assert "soft-ball-film: claims on this built-in scene: film-central (" in said
     assert "no claim" not in said
     assert in_words([], 0.01) == plainly([], 0.01) == ""
