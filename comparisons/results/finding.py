@@ -127,7 +127,9 @@ def methods_of(records: Sequence[SceneRecord]) -> list[str]:
 
 def finding(records: Sequence[SceneRecord], method: str = MODEL) -> list[FamilyRow]:
     """Return where a method holds, where not, and what to use there."""
-    standings = [_standing(record, method) for record in records if method in record.judged_methods]
+    judged = [record for record in records if method in record.judged_methods]
+    # one of many that is too steep is doubted in a note, not in a row of its own
+    standings = [_standing(record, method, len(records) == 1) for record in judged]
     families = [item.family for item in standings]
     # the scenes of each row, families joined as far as they must be
     joined: tuple[Callable[[_Standing], tuple[str, str]], ...] = (
@@ -175,7 +177,7 @@ def answers(record: SceneRecord, verdict: Verdict) -> bool:
     return verdict.counts and verdict.offered and verdict.quantity not in given
 
 
-def _standing(record: SceneRecord, method: str) -> _Standing:
+def _standing(record: SceneRecord, method: str, alone: bool) -> _Standing:
     known = [item for item in record.verdicts_on(method) if answers(record, item)]
     held = in_order(item.quantity for item in known if item.word == WITHIN)
     within = list(map(symbol, held))
@@ -183,7 +185,7 @@ def _standing(record: SceneRecord, method: str) -> _Standing:
         use = NOT_KNOWN
     elif not within:
         use = NO if any(item.word == OUTSIDE for item in known) else NOT_KNOWN
-    elif any(doubt.startswith(STEEP) for doubt in record.plan.doubts):
+    elif alone and any(doubt.startswith(STEEP) for doubt in record.plan.doubts):
         use = SMALL_SLOPES
     else:
         use = YES if len(within) == len(known) else f"for {', '.join(within)} only"

@@ -191,12 +191,12 @@ def test_reasons_answers_and_disagreements_stand_on_the_page(study, parsed):
     assert disagreement < parsed.text.index("Verdicts")
 
 
-def test_a_doubt_about_the_scene_stands_before_its_verdict(study):
+def test_a_doubt_about_the_scene_stands_before_its_errors(study):
     doubt = "check the slopes: d/a = 0.678"
     scene = study.scenes[0]
     doubted = replace(scene, plan=replace(scene.plan, notes=(doubt,)))
     text = Page(html.page(replace(study, scenes=(doubted,)), with_pictures=False)).text
-    assert text.index(doubt) < text.index("use it?")
+    assert text.index(doubt) < text.index("Largest error of the reduced model")
 
 
 def test_verdicts_use_the_finest_resolution_of_the_reduced_model(study):

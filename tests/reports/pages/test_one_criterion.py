@@ -162,11 +162,13 @@ def test_the_prescribed_load_decides(scene):
 def test_the_finding_answers_what_to_use_for_a_ball_and_what_for_an_ellipsoid():
     """May I use it, for what was that shown, what instead, at what cost: without reading on."""
     asked = COARSE | {"compare.quantities": ["force"]}
-    ball, oblong = solved("sphere", asked), solved("ellipsoid-5", asked)
+    ball, oblong = solved("paraboloid", asked), solved("ellipsoid-5", asked)
     best = advise(ball).cheapest
     (form,) = (item for item in advise(oblong).settings if item.method == "closed_form")
     good, bad = finding((ball, oblong))
-    assert (good.scenes, good.use) == ("axisymmetric bodies: sphere", "yes")
+    assert (good.scenes, good.use) == ("axisymmetric bodies: paraboloid", "yes")
+    (steep,) = finding((solved("sphere", asked),))  # a/R = 0.59
+    assert steep.use == "for small slopes only"
     assert good.cost.startswith(f"{fmt.duration(best.seconds)} (N = {best.resolution}), ")
     assert (bad.scenes, bad.use, bad.cost) == ("ellipsoids: ellipsoid-5", "no", "–")
     assert bad.error == f"F {worst(oblong.verdicts_on()).number} at d = 1.00\u202fµm"
