@@ -58,9 +58,12 @@ class Interval:
         return self.lower <= value <= self.upper
 
     def __mul__(self, factor: float) -> Interval:
-        """Scale by a positive number, itself of some operations, powers up to 1e60 among them."""
+        """Scale by a positive number, itself of some operations, powers up to 1e60 among them.
+
+        ArithmeticError where it has underflowed or overflowed.
+        """
         if not (factor > 0 and math.isfinite(factor)):
-            raise ValueError(f"an interval is scaled by a positive number, not by {factor!r}")
+            raise ArithmeticError(f"an interval is scaled by a positive number, not by {factor!r}")
         return Interval(below(self.lower * factor, POWER), above(self.upper * factor, POWER))
 
     __rmul__ = __mul__

@@ -77,6 +77,15 @@ def test_a_load_at_which_nothing_is_proved_leaves_the_others_theirs():
     assert 0 < sides["force_lower"][1] < sides["force_upper"][1]
 
 
+def test_an_energy_that_underflows_is_not_enclosed():
+    """Of 1e-300 N: d is 1e-203 m, and F d is no double-precision number."""
+    (plan,) = plan_scene(load_scene("paraboloid", {"loading": {"force": ["1e-300 N", "1 N"]}}))
+    sides = enclosures(plan.scene, plan.geometry, plan.loads)
+    assert np.isnan([sides["energy_lower"][0], sides["energy_upper"][0]]).all()
+    assert 0 < sides["penetration_lower"][0] < sides["penetration_upper"][0] < 1e-200
+    assert 0 < sides["energy_lower"][1] < sides["energy_upper"][1]
+
+
 @pytest.mark.parametrize(
     ("scene", "changes", "reason"),
     [
