@@ -143,8 +143,9 @@ def surface_notes(geometry: RoughGeometry) -> list[str]:
         beside = wide[2:, 1:-1], wide[:-2, 1:-1], wide[1:-1, 2:], wide[1:-1, :-2]
         largest, least = np.maximum.reduce(beside), np.minimum.reduce(beside)
         off = np.abs(heights - (sum(beside) - largest - least) / 2)
-        spikes = np.count_nonzero(off > SPIKE * 1.4826 * np.median(off))
-        if spikes and np.median(off) > 0:
+        usual = float(np.median(off))
+        spikes = np.count_nonzero(off > SPIKE * 1.4826 * usual)
+        if spikes and usual > 0:
             notes.append(
                 f"far off their neighbours: {count(spikes)} of the points, by up to "
                 f"{_metres(float(off.max()))} ({number(SPIKE, 1)} times as far as is usual, or "

@@ -4,8 +4,8 @@ A plan begins with a few surfaces on each grid and a thousand lines. Their varia
 surface costs on each grid (measured once: `solving.plan.surface_cost`), give the cheapest
 numbers for which the means scatter no more than a share of the tolerance (`multilevel.allocate`).
 Nothing in that depends on the clock, on workers or parts: the same scene has the same numbers, and
-digits, everywhere. The lines, which are free, scatter no more than a fifth of what the surfaces
-may: that widens a bar by 2 % of itself at most.
+digits, everywhere. The lines, which are free, scatter no more than three tenths of what the
+surfaces may: that widens a bar by 4 % of itself at most.
 """
 
 from __future__ import annotations
@@ -96,9 +96,9 @@ def refinements(
 SCATTER: Mapping[Effort, float] = {"quick": 0.75, "full": 0.1}
 # In solves of 64 x 64 points: some seconds, and some minutes.
 SURFACES_BUDGET: Mapping[Effort, float] = {"quick": 300.0, "full": 15000.0}
-# The scatter of the lines is no more than this share of that; and what they may cost, in points of
-# all lines: a second, and some five.
-LINES_SHARE = 0.216
+# The scatter of the lines is no more than this share of that; quick, as many lines as on which the
+# baseline of `check` stands. And what they may cost, in points of all lines: one second, some five.
+LINES_SHARE: Mapping[Effort, float] = {"quick": 0.216, "full": 0.3}
 LINE_POINTS: Mapping[Effort, float] = {"quick": 1e7, "full": 5e7}
 # Chosen from few surfaces, the numbers aim at somewhat less than is wanted.
 _AIM = 0.95
@@ -136,7 +136,7 @@ def enlarged(plan: Plan, solved: Solved, effort: Effort) -> Plan:
         means = known.curves(list(known.solutions)[-1])
         sizes = {name: np.abs(means[name]) for name in _judged(plan) if name in means}
         widths = {
-            name: _AIM * LINES_SHARE * wanted * np.fmax(size, _LEAST_PART * np.nanmax(size))
+            name: _AIM * LINES_SHARE[effort] * wanted * np.fmax(size, _LEAST_PART * np.nanmax(size))
             for name, size in sizes.items()
             if np.isfinite(size).any()
         }

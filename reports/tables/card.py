@@ -42,12 +42,12 @@ READABLE = {
 
 
 TRUE_VALUES, VON_MISES, YIELD = "true values by", "von Mises' stress", "yield stress Y"
-OUTLINE_STIFF = "stiffness, last load"
+OUTLINE_STIFF = "largest stiffness"
 # Also below the verdicts of one scene in a terminal.
 SAID = (TRUE_VALUES, VON_MISES, YIELD, OUTLINE_STIFF)
 HARDNESS = 3.0  # over the yield stress
 FIRST_YIELD = 1.6  # highest pressure over the yield stress, under a ball (Johnson 1985, eq. 6.9)
-# Share of the stiffness of a flat punch from which on a patch sinks in as a whole.
+# Share of the stiffness of a flat punch as large as the patch that is worth a word.
 OUTLINE = 0.5
 # Yield stress over E* of the strongest metals: 2 GPa of a bearing steel with E* = 230 GPa; and E*
 # of the softest ones that bear loads, as lead.
@@ -61,7 +61,7 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
     Bodies with their moduli; loads and true values, from the smallest to the largest, with their
     bars; where nothing pulls, the mean pressure F/A, and under an indenter without an edge the
     highest pressure that the reference found, with the largest von Mises stress inside; of rough
-    surfaces the reduced load F/(E* A0 h'), and below which yield stress they are not elastic.
+    surfaces the reduced load F/(E* A0 h'), and below which yield stress they are plastic.
     """
     try:
         body = make_scene(dict(scene.tables), scene.name, Path())
@@ -104,7 +104,7 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
             first = fmt.with_unit(most["pressure_peak"] / FIRST_YIELD, "Pa")
             text += f"; all is elastic only above {first} (highest pressure/{FIRST_YIELD})"
         modulus = body.effective_modulus
-        if least > STRONGEST * modulus > STRONGEST * SOFTEST_METAL:
+        if _one_body(body) and least > STRONGEST * modulus > STRONGEST * SOFTEST_METAL:
             text += f". It is E*/{fmt.number(modulus / least, 2)}, and metals have up to "
             text += f"E*/{1 / STRONGEST:.0f}: a [plasticity] table models that they yield"
         lines.append((YIELD, text))
@@ -124,8 +124,9 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
             share = float(np.fmax.reduce(stiffness, initial=0.0)) / face
             if share > OUTLINE:
                 text = f"{fmt.number(share)} of that of a flat punch as large as the patch, 2 E* "
-                text += "√(A₀/π): stiffness and penetration are those of the patch's size. If its "
-                lines.append((OUTLINE_STIFF, f"{text}borders join, periodic = true has no edge"))
+                text += "√(A₀/π), about the most there is: near it the size decides, not the "
+                text += "roughness. If the borders join, periodic = true has no edge"
+                lines.append((OUTLINE_STIFF, text))
     if said := not_known_here(scene):
         lines.append(("use the reduced model?", said))
     return lines
@@ -140,15 +141,18 @@ def not_known_here(scene: SceneRecord) -> str:
     return " ".join(filter(None, [said, in_words(nearest_to(scene), scene.tolerance)]))
 
 
+def _one_body(scene: Scene) -> bool:
+    """Tell whether E* is of one body on a rigid one: a given E* may be of two elastic ones."""
+    return scene.half_space.effective_modulus is None and scene.counter_body is None
+
+
 def _bodies(scene: Scene) -> Iterator[tuple[str, str]]:
     """Yield each table of bodies and physics as words with units, and E*."""
     for name in Scene.model_fields:
         table = getattr(scene, name)
         words = list(_words(table)) if isinstance(table, BaseModel) else []
         if words and name not in NO_INPUT:
-            # E* may be that of two elastic bodies; a modulus of one leaves the other rigid
-            alone = scene.half_space.effective_modulus is None and scene.counter_body is None
-            rigid = "rigid " if name == "indenter" and alone else ""
+            rigid = "rigid " if name == "indenter" and _one_body(scene) else ""
             yield name.replace("_", " "), rigid + ", ".join(words)
     if scene.half_space.effective_modulus is None or scene.counter_body is not None:
         yield "effective modulus E*", fmt.with_unit(scene.effective_modulus, "Pa")

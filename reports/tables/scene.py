@@ -144,7 +144,7 @@ def spots(scene: SceneRecord) -> list[Table]:
     for item in leading.at_loads(loads):
         pressure = np.zeros(shape) if item is None else item.pressure.reshape(shape)
         found = patches(pressure > 0, tuple(spacing), periodic)
-        rows = []
+        total, rows = np.sum(pressure, where=pressure > 0), []
         for number in np.argsort(-found.areas, kind="stable")[:MOST_SPOTS] + 1:
             inside = found.labels == number
             area = corrected_area(inside, tuple(spacing), periodic)
@@ -152,8 +152,7 @@ def spots(scene: SceneRecord) -> list[Table]:
                 area = float(np.sum(leading.share, where=inside) * np.prod(spacing))
             p = pressure[inside]
             x, y = first + np.argwhere(inside)[np.argmax(p)] * spacing
-            force = float(np.sum(p) / np.sum(pressure, where=pressure > 0))
-            rows.append((area, force, float(x), float(y), float(np.max(p))))
+            rows.append((area, float(np.sum(p) / total), float(x), float(y), float(np.max(p))))
         known.append((found.count, sorted(rows, reverse=True)))
     values = np.array([row for _, rows in known for row in rows]).reshape(-1, 5)
     size = fmt.prefix_for(values[:, 0], "m2")

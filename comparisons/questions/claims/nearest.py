@@ -112,6 +112,11 @@ class Nearest:
         ]
 
     @property
+    def steep(self) -> bool:
+        """Whether slopes are too large for every method at some load: agreement says nothing."""
+        return self.here[1] > self.measured.until
+
+    @property
     def worst(self) -> float:
         """The largest error that the measurement leaves possible, |e| + u."""
         return abs(self.error) + self.uncertainty
@@ -182,7 +187,7 @@ def nearest(scene: Scene, loads: AbsoluteLoads, unit: float = np.nan) -> list[Ne
             point, word = _decided(record, stretch, scene.compare.tolerance)
             _, word_of_claim = _decided(record, stretch, record.tolerance)
             answer = Nearest(name, record, stretch, *point, word, word_of_claim, own)
-            if answer.differing:
+            if answer.differing or answer.steep:
                 answer = replace(answer, word=NOT_RESOLVED)
             answers[name] = max(
                 (answers.get(name, answer), answer),
@@ -257,6 +262,8 @@ def plainly(answers: list[Nearest], tolerance: float) -> str:
                 for values in (answer.own, answer.measured.fixed)
             )
             said = f"not measured for {here} ({error} for {there})"
+        if answer.steep:
+            said = "not known, as slopes are too large for every method"
         parts.append(f"{quantity(answer.quantity).label}: {said}{answer.far}")
     return f"Reduced model, {'; '.join(parts)}." if parts else ""
 
@@ -290,6 +297,7 @@ def in_words(answers: list[Nearest], tolerance: float) -> str:
         label = quantity(answer.quantity).label
         told = f"{answer.word}{' at' if answer.word == NOT_RESOLVED else ''} "
         told = "not measured here" if answer.differing else told + fmt.tolerance(tolerance)
+        told = "which says nothing at such slopes" if answer.steep else told
         groups.setdefault((told, number, answer.place), []).append(label)
     parts = [
         f"error of {fmt.listed(labels)} {number} at {place}, {told}"

@@ -326,7 +326,10 @@ def test_advise_says_it_first_and_can_end_there(capsys, monkeypatch):
     assert traction["agrees"]
     assert "rolling-curve-springs" in document["claims_on_scene"]
     assert run_command(["advise", "sphere", "--known"]) == 0
-    assert capsys.readouterr().out.startswith("sphere: check the slopes: d/a = 0.678")
+    said = flat(capsys.readouterr().out)
+    assert said.startswith("sphere: check the slopes: d/a = 0.678")
+    assert "force: not known, as slopes are too large for every method" in said
+    assert "which says nothing at such slopes" in said
     assert run_command(["advise", "sphere", "--known", "--json"]) == 0
     (document,) = json.loads(capsys.readouterr().out)
     assert document["notes"][0].startswith("check the slopes: d/a = 0.678")
