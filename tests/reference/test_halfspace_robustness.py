@@ -85,10 +85,11 @@ def check_mean_gaps(operator, gap: np.ndarray, most_iterations: int) -> None:
     ("hurst", "short_cutoff"),
     [(0, 2), (0, 16), (0.5, 2), (0.5, 16), (1.0, 2), (1.0, 16), ("white", 0)],
 )
-def test_every_roughness_converges_under_every_load(hurst, short_cutoff, operator_class):
+@pytest.mark.parametrize("points", [64, pytest.param(256, marks=pytest.mark.slow)])
+def test_every_roughness_converges_under_every_load(points, hurst, short_cutoff, operator_class):
     """Hurst exponents 0 to 1 and white noise, cutoffs down to two cells."""
-    height = rough(64, hurst, 0.1, short_cutoff)
-    check_all_loads(operator_class((64, 64), (1 / 64, 1 / 64), MODULUS), height)
+    height = rough(points, hurst, 0.1, short_cutoff)
+    check_all_loads(operator_class((points, points), (1 / points,) * 2, MODULUS), height)
 
 
 @pytest.mark.parametrize("operator_class", [PeriodicOperator, FreeOperator])
@@ -96,17 +97,6 @@ def test_every_roughness_converges_under_every_load(hurst, short_cutoff, operato
 def test_slopes_far_from_those_of_surfaces_converge_as_well(slope, operator_class):
     height = rough(64, 0.5, slope, 2)
     check_all_loads(operator_class((64, 64), (1 / 64, 1 / 64), MODULUS), height)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("operator_class", [PeriodicOperator, FreeOperator])
-@pytest.mark.parametrize(
-    ("hurst", "short_cutoff"),
-    [(0, 2), (0, 16), (0.5, 2), (0.5, 16), (1.0, 2), (1.0, 16), ("white", 0)],
-)
-def test_every_roughness_converges_on_large_grids(hurst, short_cutoff, operator_class):
-    height = rough(256, hurst, 0.1, short_cutoff)
-    check_all_loads(operator_class((256, 256), (1 / 256, 1 / 256), MODULUS), height)
 
 
 @pytest.mark.slow

@@ -44,6 +44,8 @@ from reference.lubrication.rough_planes import plane_flow
 from reference.particles import Domain, Elastic, ParticleHalfSpace
 from reference.particles.bonds import Asperities
 from reference.plastic import PlasticMaterial, Walk
+from reference.rolling.creep_theories import kalker
+from reference.rolling.roll import Creep, roll
 from reference.viscoelastic import creep, indentation, press_in_time
 from reference.viscoelastic.materials import GeneralisedMaxwell as Maxwell
 from reference.viscoelastic.rubber import slide_on_rubber
@@ -109,6 +111,11 @@ def slid(**loads):
     return next(friction.sweep(friction.FrictionalPress(SHEARED, np.zeros((8, 8)), 0.4), *paths))
 
 
+def rolled(creep):
+    """Roll with a contact that reaches all sides of its grid."""
+    return list(roll(friction.FrictionalPress(SHEARED, BOWL[:8, :8], 0.3), FORCE, [Creep(creep)]))
+
+
 WRONG = {
     "bounds": [("is not below", lambda: Interval(1.0, 0.999))],
     "closed forms": [
@@ -138,6 +145,8 @@ WRONG = {
         ("mass must be positive.*static >= kinetic", lambda: coulomb.Blocks(-1.0, 1.0, static=0.5)),
         ("does not stop", lambda: coulomb.stopping(1.0, 1.0, 1.0, 2.0)),
         ("theta", lambda: coulomb.march(coulomb.Blocks(1.0, 1.0), step=1.0, steps=1, theta=0.3)),
+        (r"axis_ratio.*poisson_ratio", lambda: kalker(20.0, -0.1)),
+        ("along must be finite", lambda: rolled(np.nan)),
     ],
     "half-space": [
         ("shape.*spacing.*effective_modulus", lambda: FreeOperator((0, 4), (1.0, -1.0), np.nan)),
@@ -334,6 +343,7 @@ LOST = [
         "passes between the automata",
         lambda: next(particles().press(particles().points[:, 0] * 0 + 2, DEPTH)),
     ),
+    ("leading edge", lambda: rolled(0.1)),
     ("edge of the grid", lambda: slide_on_rubber(RUBBER, BOWL, FORCE)),
     ("steps", lambda: list(wear(GRID, SLOPE / 9, FORCE, 1.0, np.array([1e9])))),
 ]

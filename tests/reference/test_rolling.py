@@ -8,7 +8,6 @@ from numpy.testing import assert_allclose
 
 from reference.closed_form.rolling_cylinders import Carter
 from reference.contact.slide import slide
-from reference.errors import ConvergenceError
 from reference.fem import Material
 from reference.fem.columns import Layers, tensor
 from reference.fem.grid_body import ShearBody
@@ -57,15 +56,6 @@ def test_creep_coefficients_are_kalkers(nu, ratio):
     loose = ODD_ONES.get((nu, ratio), PRINTED)
     assert_allclose(limit[[0, 3]], np.array(known)[[0, 3]], rtol=max(loose, PRINTED))
     assert_allclose(limit[1:3], known[1:3], rtol=PRINTED)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("nu", "known"), [(0, (3.407, 3.407)), (0.25, (4.126, 3.681)), (0.5, (5.221, 3.996))]
-)
-def test_creep_coefficients_of_a_circle_by_extrapolation(nu, known):
-    """Within 0.5 % of values extrapolated from square cells by another program."""
-    assert_allclose(creep_coefficients(nu, 1.0).limit[:2], known, rtol=5e-3)
 
 
 @pytest.mark.parametrize("ratio", [0.5, 2.0])
@@ -140,7 +130,10 @@ def test_cylinder_is_carters(traction):
     stick = np.flatnonzero((np.abs(x) < 1) & ~answer.sliding[:, 0])
     # in one piece, from the leading edge
     assert stick.size == np.ptp(stick) + 1
-    assert_allclose(stick.size / 320, cylinder.stick_share(cylinder.creep(traction)), atol=0.01)
+    creep = cylinder.creep(traction)
+    assert_allclose(stick.size / 320, cylinder.stick_share(creep), atol=0.01)
+    exact = 0.3 * hertz(0.0, 1.0, np.pi * 4 / 400) * cylinder.shear(x, creep)
+    assert np.abs(answer.traction[0, :, 0] - exact).mean() < 0.01 * exact.max()
 
 
 def test_creep_of_a_traction_is_the_inverse_and_none_is_beyond_full_slip():
@@ -157,13 +150,6 @@ def test_plane_rolling_is_of_first_order_in_the_cells():
     errors = [carter_on_a_grid(n, 0.5)[1] / 0.5 - 1 for n in (20, 40, 80)]
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
     assert (np.abs(orders - 1) < 0.25).all()
-
-
-def test_tractions_are_carters_along_the_contact():
-    answer, _, x, cylinder = carter_on_a_grid(160, 0.5)
-    peak = 0.3 * hertz(0.0, 1.0, np.pi * 4 / 400)
-    exact = peak * cylinder.shear(x, cylinder.creep(0.5))
-    assert np.abs(answer.traction[0, :, 0] - exact).mean() < 0.01 * peak
 
 
 @pytest.mark.slow
@@ -284,16 +270,6 @@ def test_extreme_friction_and_creep_are_solved(friction, creep):
     assert step.error < 1e-8
 
 
-def test_contact_at_the_leading_edge_of_the_grid_is_refused():
-    with pytest.raises(ConvergenceError, match="leading edge"):
-        list(roll(ball(6, ahead=0), Load("force", 20.0), [Creep(0.1)]))
-
-
-def test_rolling_refuses_what_is_not_finite():
-    with pytest.raises(ValueError, match="along must be finite"):
-        roll(ball(4), Load("force", 1.0), [Creep(np.nan)])
-
-
 def test_rough_roller_is_pressed_anew_at_every_step():
     press = ball(6)
     rng = np.random.default_rng(1)
@@ -344,11 +320,6 @@ def test_spin_turns_the_contact_and_drives_it_aside():
     assert right.lateral_force > 0.02 * right.force
     assert right.moment > 0
     assert_allclose((left.lateral_force, left.moment), (-right.lateral_force, -right.moment))
-
-
-def test_tables_end_where_kalkers_does():
-    with pytest.raises(ValueError, match=r"axis_ratio.*poisson_ratio"):
-        kalker(20.0, -0.1)
 
 
 def elements(nu, inertia=0.0):

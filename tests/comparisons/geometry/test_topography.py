@@ -207,21 +207,6 @@ def test_interpolation_invents_no_peak(tmp_path_factory, seed, share):
         assert filled[i, j] == pytest.approx(mean, rel=0, abs=1e-11)
 
 
-def test_interpolation_continues_a_plane(store):
-    """A plane is harmonic: inside the map its holes are restored exactly, on any spacing."""
-    x, y = np.meshgrid(np.arange(20.0), np.arange(15.0), indexing="ij")
-    heights = 3 * x - 2 * y
-    holes = np.zeros(heights.shape, bool)
-    holes[5:9, 4:11] = holes[12, 7] = True
-    surface = plain(
-        store(np.where(holes, np.nan, heights)), detrend="none", undefined="interpolate"
-    )
-    assert np.allclose(surface.heights * 1e9, heights, rtol=0, atol=1e-12 * 60)
-    assert surface.treatment[-1] == (
-        "29 of 300 points (9.67 %) undefined: interpolated from their neighbours"
-    )
-
-
 def test_a_periodic_map_has_no_trend_but_its_mean(store, rough):
     """The plane that fits a window is not that of the rolled window: the surface has none."""
     surface = plain(store(rough), periodic=True)
