@@ -219,10 +219,10 @@ def _body_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
     if not needed <= fields.keys():
         return None
     x, y, pressure = (np.ravel(fields[f"pressure{end}"]) for end in ("_x", "_y", ""))
-    patch = np.hypot(x, y)[pressure > 0]
-    if not len(patch) or patch.max() == 0:
+    points, patch = np.asarray(fields["mesh_points"], dtype=float), np.hypot(x, y)[pressure > 0]
+    known = np.isfinite(points).all() and np.isfinite([x, y]).all()
+    if not known or patch.max(initial=0.0) == 0:
         return None
-    points = np.asarray(fields["mesh_points"], dtype=float)
     # Three contact radii, or what a ball of coarse facets can fill to the corners.
     filled = np.linalg.norm(points, axis=1).max() / 2.1
     reach = float(min(3 * patch.max(), max(filled, 1.5 * patch.max())))
@@ -234,11 +234,13 @@ def _body_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
     stress = np.asarray(fields["mesh_von_mises"], dtype=float)
     # Under sharp edges a few nodes tower over all others; they would leave the rest dark.
     highest = float(np.quantile(stress[near], 0.995))
+    # The contact pressure at mesh points of the surface, zero elsewhere.
+    distance, nearest = cKDTree(np.column_stack([x, y])).query(points[:, :2])
+    on_top = (np.abs(points[:, 2]) <= 1e-9 * reach) & (distance < 1e-6 * reach)
     arrays = {name: np.asarray(fields[name]) for name in sorted(needed)}
     arrays |= {
         "kind": np.array("body"),
-        "pressure_x": x,
-        "pressure_y": y,
+        "pressure": np.where(on_top, pressure[nearest], 0.0),
         "reach": np.array(reach),
         "highest": np.array(highest),
         "exaggeration": np.array(exaggeration),

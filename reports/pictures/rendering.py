@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from reports.plots.style import CONTACT
 
@@ -84,6 +83,8 @@ def deformed_piece(job: Job, *, clipped: bool = False) -> Piece:
         inside = np.clip(points, -1.0, 1.0)
         beyond = (inside != points).any(axis=1)
         if beyond.any():
+            from scipy.spatial import cKDTree  # half as long to import as PyVista, which needs none
+
             distance, near = cKDTree(points).query(inside[beyond], k=4)
             weight = 1.0 / np.maximum(distance, 1e-12) ** 2
             weight /= weight.sum(axis=1, keepdims=True)
@@ -91,11 +92,7 @@ def deformed_piece(job: Job, *, clipped: bool = False) -> Piece:
             shift[beyond] = np.einsum("pk,pkc->pc", weight, shift[near])
             stress[beyond] = np.einsum("pk,pk->p", weight, stress[near])
             points = inside
-    # The contact pressure at mesh points of the surface, zero elsewhere.
-    tree = cKDTree(np.column_stack([job["pressure_x"], job["pressure_y"]]) / reach)
-    distance, nearest = tree.query(points[:, :2])
-    on_top = (np.abs(points[:, 2]) <= 1e-9) & (distance < 1e-6)
-    pressure = np.where(on_top, job["pressure"][nearest], 0.0)
+    pressure = job["pressure"]
     moved = points + shift
     if points[:, 2].mean() > 0:
         moved, cells = mirrored(moved, cells, 2)

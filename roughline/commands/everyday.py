@@ -27,8 +27,10 @@ from roughline.commands.arguments import (
 )
 
 if TYPE_CHECKING:
+    from comparisons.results.record import StudyRecord
     from comparisons.solving.plan import Effort, Plan
 
+PAGE = "report.html"
 # Seconds that the report takes when all is solved, and of these each scene: measured once.
 REPORT, OF_SCENE = 3.0, 0.7
 
@@ -126,6 +128,7 @@ def run(  # noqa: PLR0913 (the options on the command line)
     from comparisons.questions.study import Study
     from comparisons.results.folder import held
     from comparisons.results.record import asked_in_vain
+    from comparisons.results.store import load_study
     from comparisons.solving.planning import plan_all
     from roughline.commands import terminal
     from roughline.commands.progress import watched
@@ -157,8 +160,9 @@ def run(  # noqa: PLR0913 (the options on the command line)
     )
     left = REPORT + OF_SCENE * len(plans)
     with held(directory):
-        record = watched(study, lambda: _write_page(directory, pictures=False), left)
-        _, *mailed = _write_page(directory, pictures, static)
+        watched(study, lambda: _write_page(directory, pictures=False), left)
+        record = load_study(directory)  # what the page has found out of it the terminal says, too
+        _, *mailed = _write_study(record, pictures, static)
     lost = study.lost()
     terminal.print_study(record, lost, verbose=verbose)
     for page in mailed:
@@ -187,32 +191,39 @@ def report(directory: Path, *, pictures: bool = True, static: Flag = False) -> i
 
 
 def _write_page(directory: Path, pictures: bool, static: bool = False) -> list[Path]:
-    from comparisons.errors import InputError
-    from comparisons.files import write_text
-    from comparisons.questions.claims.record import RECORD, load_claims_record
-    from comparisons.questions.hard_cases import case as hard
     from comparisons.results.store import STUDY, load_study
-    from reports.pages.claims import claims_page
-    from reports.pages.hard_cases import hard_cases_page
+
+    if not (directory / STUDY).exists():  # claims or hard cases, of which most reports need nothing
+        from comparisons.errors import InputError
+        from comparisons.files import write_text
+        from comparisons.questions.claims.record import RECORD, load_claims_record
+        from comparisons.questions.hard_cases import case as hard
+        from reports.pages.claims import claims_page
+        from reports.pages.hard_cases import hard_cases_page
+
+        path = directory / PAGE
+        judged = [name for name in (RECORD, hard.RECORD) if (directory / name).exists()]
+        if judged and static:
+            raise InputError(f"--static: expected results of `roughline run`, got {judged[0]}")
+        if RECORD in judged:
+            write_text(path, claims_page(load_claims_record(directory)))
+            return [path]
+        if judged:
+            write_text(path, hard_cases_page(hard.load_record(directory)))
+            return [path]
+    return _write_study(load_study(directory), pictures, static)
+
+
+def _write_study(record: StudyRecord, pictures: bool, static: bool) -> list[Path]:
     from reports.pages.study import write_report
 
-    path = directory / "report.html"
-    judged = [name for name in (RECORD, hard.RECORD) if (directory / name).exists()]
-    if judged and not (directory / STUDY).exists():
-        if static:
-            raise InputError(f"--static: expected results of `roughline run`, got {judged[0]}")
-        if judged[0] == RECORD:
-            write_text(path, claims_page(load_claims_record(directory)))
-        else:
-            write_text(path, hard_cases_page(hard.load_record(directory)))
-        return [path]
-    record = load_study(directory)
+    path = record.directory / PAGE
     write_report(record, path, pictures=pictures)
     if not static:
         return [path]
     from reports.paper.files import write_mailed
 
-    return [path, write_mailed(record, directory)]
+    return [path, write_mailed(record, record.directory)]
 
 
 def _folder_name(scenes: tuple[str, ...], plans: list[Plan]) -> str:
