@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -33,60 +32,46 @@ if TYPE_CHECKING:
 MOST_ROWS = 12
 
 
-@dataclass(frozen=True, repr=False)
-class Solution:
+class Solution(SingleResult):
     """The answer of one method at one resolution; ``solution["force"]`` is an array over the loads.
 
     Attributes
     ----------
-    result : comparisons.questions.single.SingleResult
+    plan : comparisons.solving.plan.Plan
+    method : str
+    resolution : int
+        Springs, cells or elements per contact radius; points per side of a rough surface.
+    solution : comparisons.tasks.solution.Solution
+        As the method returned it.
+    converged : bool
+        Whether every load step has an answer.
+    reasons : list of str
+        Reasons for failed load steps.
     """
-
-    result: SingleResult
 
     @property
     def scene(self) -> Scene:
         """The scene that was solved."""
-        return self.result.plan.scene
-
-    @property
-    def method(self) -> str:
-        """The name of the method."""
-        return self.result.method
-
-    @property
-    def resolution(self) -> int:
-        """Springs, cells or elements per contact radius; points per side of a rough surface."""
-        return self.result.resolution
-
-    @property
-    def converged(self) -> bool:
-        """Whether every load step has an answer."""
-        return self.result.converged
-
-    @property
-    def reasons(self) -> list[str]:
-        """Reasons for failed load steps."""
-        return self.result.reasons
+        return self.plan.scene
 
     @property
     def seconds(self) -> float:
         """Time of the solve in seconds, on warm code, median of repeats."""
-        return self.result.solution.seconds
+        return self.solution.seconds
 
     @property
     def unknowns(self) -> int:
         """Number of unknowns."""
-        return self.result.solution.unknowns
+        return self.solution.unknowns
 
     @property
     def quantities(self) -> list[str]:
         """Names of the quantities available as ``solution[name]``."""
-        return list(self.result.columns())
+        return list(self.columns())
 
     def __getitem__(self, quantity: str) -> np.ndarray:
         """Return a quantity over the load steps (means over realisations), NaN where unsolved."""
-        return self.result.column(quantity)
+        return self.column(quantity)
 
     @property
     def pressure(self) -> dict[str, np.ndarray]:
@@ -102,7 +87,7 @@ class Solution:
     @property
     def pressures(self) -> dict[int, dict[str, np.ndarray]]:
         """Load step, from 0 -> pressure: of all steps, of more than eight of eight among them."""
-        stored = self.result.pressures()
+        stored = self.stored_pressures()
         if not stored:
             asked = "pressure" in self.scene.compare.quantities
             lacking = f"{self.method} computes none here" if asked else "solve with fields=True"
@@ -146,7 +131,7 @@ class Solution:
 
     def table(self) -> pd.DataFrame:
         """Return one row per load step, in SI units."""
-        return pd.DataFrame(self.result.columns()).rename_axis("step")
+        return pd.DataFrame(self.columns()).rename_axis("step")
 
     def to_xarray(self) -> xarray.Dataset:
         """Return the answer as arrays with names and units (extra `xarray`).
@@ -175,7 +160,7 @@ class Solution:
             {"step": np.arange(len(self[self.quantities[0]]))},
             {"scene": self.scene.name, "method": self.method, "resolution": self.resolution},
         )
-        stored = self.result.pressures()
+        stored = self.stored_pressures()
         if not stored:
             return dataset
         first, most = stored[min(stored)], max(field["p"].size for field in stored.values())
@@ -209,38 +194,38 @@ class Solution:
         from reports.paper.figures import single
 
         if quantity == "pressure":
-            return single(pressure_figure(self.result, self.pressures))
+            return single(pressure_figure(self, self.pressures))
         if quantity is not None:
             self[quantity]  # an unknown one is told
-        return single(solution_figure(self.result, quantity))
+        return single(solution_figure(self, quantity))
 
     def to_csv(self, path: str | Path) -> None:
         """Write the load steps as a table."""
-        self.result.write_csv(Path(path))
+        self.write_csv(Path(path))
 
     def to_vtu(self, path: str | Path) -> None:
         """Write the fields at the last load for ParaView (`solve` with ``fields=True``)."""
-        self.result.write_vtu(Path(path))
+        self.write_vtu(Path(path))
 
     @property
     def notes(self) -> tuple[str, ...]:
         """Notes of the plan; those that begin with "check the" question the scene."""
-        return self.result.plan.notes
+        return self.plan.notes
 
     def __repr__(self) -> str:
-        steps = pd.DataFrame(self.result.solved()).rename_axis("step")
-        table = steps[shown_columns(self.result)].to_string()
-        return "\n".join([self._heading(), *self.result.plan.doubts, table])
+        steps = pd.DataFrame(self.solved()).rename_axis("step")
+        table = steps[shown_columns(self)].to_string()
+        return "\n".join([self._heading(), *self.plan.doubts, table])
 
     def _repr_html_(self) -> str:
-        steps = load_steps(self.result)
+        steps = load_steps(self)
         left = notebook.more(len(steps.rows) - MOST_ROWS, "load steps")
         return notebook.block(
             self._heading(),
-            *self.result.plan.doubts,
+            *self.plan.doubts,
             notebook.table(steps.first(MOST_ROWS)),
             left,
-            *self.result.reasons,
+            *self.reasons,
         )
 
     def _heading(self) -> str:
@@ -289,8 +274,8 @@ def solve(
     True
     """
     overrides = {f"methods.{method}.{key}": value for key, value in options.items()}
-    solution = solve_scene(load_scene(scene), method, resolution, overrides, with_fields=fields)
-    return Solution(solution)
+    found = solve_scene(load_scene(scene), method, resolution, overrides, with_fields=fields)
+    return Solution(found.plan, found.method, found.resolution, found.solution)
 
 
 def list_methods() -> pd.DataFrame:

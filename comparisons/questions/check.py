@@ -76,10 +76,7 @@ def run_for_check(
 ) -> StudyRecord:
     """Solve scenes with the judged method and the references that share no code with it, here.
 
-    Raises
-    ------
-    InputError
-        If the method or a scene is wrong.
+    InputError if the method or a scene is wrong.
     """
     method = method_named(method)
     plans = []
@@ -230,12 +227,8 @@ def check_against(
 ) -> list[Finding]:
     """Solve scenes and compare them with a stored run; `update` stores the current one.
 
-    Other scenes of the baseline are kept then, and a missing one is created.
-
-    Raises
-    ------
-    InputError
-        If the baseline is missing or damaged, or the method or a scene is invalid.
+    Other scenes of the baseline are kept then, and a missing one is created. InputError if the
+    baseline is missing or damaged, or the method or a scene is invalid.
     """
     stored = None
     if baseline.exists() or not update:

@@ -75,10 +75,7 @@ class Ensemble(Campaign[list[Bundle], EnsembleResult]):
     **options
         As in `Campaign`.
 
-    Raises
-    ------
-    InputError
-        If pyarrow is missing, or the surface of the scene is not random.
+    InputError if pyarrow is missing, or the surface of the scene is not random.
     """
 
     layout = Layout(RECORD, (TABLE,), SURFACES)
@@ -151,10 +148,8 @@ class Ensemble(Campaign[list[Bundle], EnsembleResult]):
     def seconds_before(self) -> float | None:
         """Return the seconds of the resumed run.
 
-        Raises
-        ------
-        ResultsError
-            If the folder holds another scene, method or version, or more surfaces than asked for.
+        ResultsError if the folder holds another scene, method or version, or more surfaces than
+        asked for.
         """
         if not (self.directory / RECORD).exists():
             return None

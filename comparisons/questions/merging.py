@@ -68,10 +68,7 @@ def merge(directories: Iterable[Path], out: Path, command: str = "", files: Path
     Study
         The merged study; `lost` lists solves missing from all runs.
 
-    Raises
-    ------
-    InputError
-        Lists all differences and errors.
+    InputError lists all differences and errors.
     """
     with filled(out, STUDY) as folder:
         runs = [load_study(path) for path in directories]
@@ -140,10 +137,7 @@ def merge_ensembles(directories: Iterable[Path], out: Path, command: str = "") -
         A new or empty folder. It appears once it is complete.
     command : str
 
-    Raises
-    ------
-    InputError
-        Listing all differences; nothing is written then.
+    InputError lists all differences; nothing is written then.
     """
     with filled(out, RECORD) as folder:
         runs = {path: load_ensemble(path) for path in directories}

@@ -92,10 +92,7 @@ class SingleResult:
     def column(self, name: str) -> np.ndarray:
         """Return one of `columns`; nothing is proved for what is solved.
 
-        Raises
-        ------
-        KeyError
-            With the names that there are.
+        KeyError with the names that there are.
         """
         columns = self.solved()
         if name not in columns:
@@ -123,29 +120,25 @@ class SingleResult:
             "violation": np.where(np.isfinite(filled), filled, np.nan),
         }
         document |= self.columns()
-        pressure = self.pressure()
-        if pressure is not None:
-            document["pressure"] = pressure
+        if stored := self.stored_pressures():
+            document["pressure"] = stored[max(stored)]
         document |= self.distributions()
         return json.dumps(plain(document), indent=1, allow_nan=False)
 
-    def pressure(self) -> dict[str, np.ndarray] | None:
-        """Return the pressure at the last load: {r, p} for round contacts, else {x, y, p}."""
-        return self._pressure_of(self.solution.fields)
+    def stored_pressures(self) -> dict[int, dict[str, np.ndarray]]:
+        """Return load step -> pressure: at most eight, the last among them; none if it has none.
 
-    def pressures(self) -> dict[int, dict[str, np.ndarray]]:
-        """Return load step -> pressure as of `pressure`: of at most eight steps, and the last."""
-        fields, last = self.solution.fields, self.pressure()
-        if last is None:
+        {r, p} for round contacts, else {x, y, p}.
+        """
+        fields, last = self.solution.fields, self.solution.converged.shape[1] - 1
+        steps = {k: at_step(fields, k) for k in stored_steps(fields)} | {last: fields}
+        needed = {"pressure", "pressure_x", "pressure_y"}
+        if not needed <= fields.keys():
             return {}
-        earlier = {k: self._pressure_of(at_step(fields, k)) for k in stored_steps(fields)}
-        count = self.solution.converged.shape[1]
-        return {k: field for k, field in earlier.items() if field is not None} | {count - 1: last}
+        return {k: self._pressure_of(own) for k, own in steps.items() if needed <= own.keys()}
 
-    def _pressure_of(self, fields: Mapping[str, np.ndarray]) -> dict[str, np.ndarray] | None:
+    def _pressure_of(self, fields: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """Return a pressure of the whole contact, of which symmetric meshes hold a part."""
-        if not {"pressure", "pressure_x", "pressure_y"} <= fields.keys():
-            return None
         x, y, p = (fields[name] for name in ("pressure_x", "pressure_y", "pressure"))
         geometry = self.plan.geometry
         if not isinstance(geometry, IndenterGeometry):
@@ -190,10 +183,7 @@ class SingleResult:
     def write_vtu(self, path: Path) -> None:
         """Write the fields at the last load.
 
-        Raises
-        ------
-        InputError
-            If the method has no fields on a surface or in a body.
+        InputError if the method has no fields on a surface or in a body.
         """
         content = vtu_file(self.solution.fields)
         if content is None:
@@ -213,11 +203,7 @@ def solve_scene(
     """Solve a scene with one method.
 
     Large grids of the half-space, and automata, are shared among `threads`; no digit changes.
-
-    Raises
-    ------
-    InputError
-        If the scene, the method or the resolution is refused, with the reason.
+    InputError if the scene, the method or the resolution is refused, with the reason.
     """
     cores = os.cpu_count() or 1
     if not 1 <= threads <= cores:

@@ -213,10 +213,7 @@ class Study(Campaign[None, StudyRecord]):
     def seconds_before(self) -> float | None:
         """Return the seconds of the resumed run, and keep the list of runs that it was merged from.
 
-        Raises
-        ------
-        ResultsError
-            If the folder has scenes that would be dropped, or is damaged.
+        ResultsError if the folder has scenes that would be dropped, or is damaged.
         """
         if not (self.directory / STUDY).exists():
             return None

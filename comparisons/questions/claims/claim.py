@@ -196,12 +196,8 @@ class Claim(SceneTable):
 def about_method(claims: list[Claim], method: str) -> list[Claim]:
     """Return the claims on scenes as claims about a method other than the reduced model.
 
-    Nothing is expected of this method; claims with experiments are left out.
-
-    Raises
-    ------
-    InputError
-        If there is no such method, or no claim applies to it.
+    Nothing is expected of this method; claims with experiments are left out. InputError if there is
+    no such method, or no claim applies to it.
     """
     method = method_named(method)
     about = [
@@ -217,10 +213,7 @@ def about_method(claims: list[Claim], method: str) -> list[Claim]:
 def load_claims(names: tuple[str, ...] = ()) -> list[Claim]:
     """Return built-in claims by id and all of files; by default all, in the chapter's order.
 
-    Raises
-    ------
-    ClaimError
-        Lists all problems of all files.
+    ClaimError lists all problems of all files.
     """
     builtin = builtin_claims()
     claims: list[Claim] = []

@@ -43,10 +43,7 @@ Keys = dict[str, Any]
 def read_family(path: Path) -> dict[str, Keys]:
     """Return the keys of the claims of a file by id, with all that they share.
 
-    Raises
-    ------
-    ValueError
-        If it is no TOML, or its tables do not go together.
+    ValueError if it is no TOML, or its tables do not go together.
     """
     shared = read_toml(path)
     parts = {name: shared.pop(name, {}) for name in ("claims", "baselines", "nuisances")}

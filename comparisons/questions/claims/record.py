@@ -181,10 +181,7 @@ class ClaimsRecord(Header):
 def load_claims_record(path: Path) -> ClaimsRecord:
     """Read the claims of a results folder, or of a file written by `roughline claims --json`.
 
-    Raises
-    ------
-    ResultsError
-        If there are none, or the file is invalid.
+    ResultsError if there are none, or the file is invalid.
     """
     file = path / RECORD if path.is_dir() else path
     return read_record(ClaimsRecord, file, f"{file}: no claims were judged here")

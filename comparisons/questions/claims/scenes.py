@@ -63,10 +63,7 @@ def measure_scene(
         Solve with all 3-D methods, so that references check each other; else with the cheapest
         suitable reference.
 
-    Raises
-    ------
-    InputError
-        If a scene cannot be prepared at this value.
+    InputError if a scene cannot be prepared at this value.
     """
     stated, true = claim.sides(value)
     if not true.same_scene(stated):

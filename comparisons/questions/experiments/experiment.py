@@ -218,11 +218,8 @@ class Experiment:
     def checked(self, value: float | None, *, along: str = "", **parameters: Any) -> dict[str, Any]:
         """Return the arguments of the function, apart from the effort.
 
-        Raises
-        ------
-        InputError
-            For a parameter that is unknown, of another type than its keyword, given twice, or
-            refused.
+        InputError for a parameter that is unknown, of another type than its keyword, given twice,
+        or refused.
         """
         along, wrong = along or self.along, []
         if value is not None:
@@ -247,12 +244,8 @@ class Experiment:
     ) -> Measurement:
         """Measure at a value of the parameter; `parameters` are those of the claim file.
 
-        Raises
-        ------
-        InputError
-            See `checked`; or for values that the function refuses.
-        ArithmeticError
-            For a result that is not finite.
+        InputError: see `checked`; or for values that the function refuses. ArithmeticError for a
+        result that is not finite.
         """
         if effort not in ("quick", "full"):
             raise InputError(f"effort is 'quick' or 'full', not {effort!r}")

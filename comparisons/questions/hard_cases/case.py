@@ -316,9 +316,7 @@ class HardCase(SceneTable):
     def scene_in(self, folder: Path, changes: dict[str, Any] | None = None) -> Scene:
         """Return the scene, optionally with changed keys, with its maps in a folder.
 
-        Raises
-        ------
-        SceneError
+        SceneError if it is none.
         """
         data: dict[str, Any] = {"name": self.id}
         for path, value in (self.scene | (changes or {})).items():
@@ -500,10 +498,7 @@ class HardCasesRecord(Header):
 def load_record(directory: Path) -> HardCasesRecord:
     """Read the outcomes in a folder.
 
-    Raises
-    ------
-    ResultsError
-        If there are none, or the file is invalid.
+    ResultsError if there are none, or the file is invalid.
     """
     missing = f"{directory}: no hard cases were run here"
     return read_record(HardCasesRecord, directory / RECORD, missing)

@@ -69,10 +69,7 @@ def builtin_files() -> list[Path]:
 def load_cases(names: Iterable[str]) -> list[HardCase]:
     """Return built-in cases by id, and all cases of user files.
 
-    Raises
-    ------
-    HardCaseError
-        Lists all problems of names and files.
+    HardCaseError lists all problems of names and files.
     """
     builtin_cases, files, problems = catalogue(), [], []
     for name in names:
@@ -96,9 +93,7 @@ def load_cases(names: Iterable[str]) -> list[HardCase]:
 def read_cases(files: Iterable[Path], context_files: Iterable[Path] = ()) -> list[HardCase]:
     """Return the cases of files, which may use baselines of other files; ids must be unique.
 
-    Raises
-    ------
-    HardCaseError
+    HardCaseError lists all problems.
     """
     problems: list[str] = []
     families, context = _families(files, problems), _families(context_files, problems)

@@ -36,10 +36,7 @@ _ROUNDING = 1e-9
 def reference_of(sheet: Sheet) -> dict[str, Known]:
     """Return what is known of every quantity: as published, or computed and held against its seal.
 
-    Raises
-    ------
-    InputError
-        If the reference that is computed here is not the one that was sealed.
+    InputError if the reference that is computed here is not the one that was sealed.
     """
     if sheet.sealed is None:
         return sheet.reference
@@ -55,10 +52,7 @@ def reference_of(sheet: Sheet) -> dict[str, Known]:
 def computed(sheet: Sheet) -> dict[str, Known]:
     """Solve the scene of a sheet and return the truth, its bars and what theorems enclose.
 
-    Raises
-    ------
-    InputError
-        If no method gives all quantities.
+    InputError if no method gives all quantities.
     """
     plan = plan_scene(sheet.scene)[0]
     plan, solved = solved_in_memory(plan, "quick")
@@ -151,10 +145,7 @@ class Board:
 def board_of(sheet: Sheet, entries: Iterable[Entry]) -> Board:
     """Judge and rank the entries of a problem.
 
-    Raises
-    ------
-    InputError
-        If the sealed reference does not come out here.
+    InputError if the sealed reference does not come out here.
     """
     known = reference_of(sheet)
     ranked = sorted((judge_entry(entry, sheet, known) for entry in entries), key=_rank)
@@ -167,10 +158,7 @@ def board_of(sheet: Sheet, entries: Iterable[Entry]) -> Board:
 def boards_of(folder: Path) -> tuple[list[Board], list[str]]:
     """Return the boards of all problems with entries in a folder, and why files are not judged.
 
-    Raises
-    ------
-    InputError
-        If there are no entries, or a sealed reference does not come out here.
+    InputError if there are no entries, or a sealed reference does not come out here.
     """
     paths = sorted((folder / ENTRIES).glob("*.json"))
     if not paths:

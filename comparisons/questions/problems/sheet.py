@@ -80,10 +80,7 @@ def builtin_sheets() -> dict[str, Sheet]:
 def sheet_of(name: str) -> Sheet:
     """Return a sheet by its id, in capitals or not.
 
-    Raises
-    ------
-    InputError
-        If there is none.
+    InputError if there is none.
     """
     sheets = builtin_sheets()
     if name.upper() not in sheets:
@@ -94,10 +91,7 @@ def sheet_of(name: str) -> Sheet:
 def read_sheet(path: Path) -> Sheet:
     """Read a sheet.
 
-    Raises
-    ------
-    InputError
-        With all that is wrong with it.
+    InputError with all that is wrong with it.
     """
     try:
         sheet = Sheet.model_validate(read_toml(path))
@@ -203,10 +197,7 @@ class Entry(SceneTable):
 def read_entry(path: Path) -> Entry:
     """Read an entry and check it against its sheet.
 
-    Raises
-    ------
-    InputError
-        With all that is wrong with it.
+    InputError with all that is wrong with it.
     """
     if not path.is_file():
         raise InputError(f"{path}: {'not a file' if path.exists() else 'no such file'}")
