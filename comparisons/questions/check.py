@@ -41,25 +41,13 @@ ALIKE = 0.1
 
 @dataclass(frozen=True)
 class Finding:
-    """A line of a check.
-
-    Attributes
-    ----------
-    scene, subject : str
-        Name of the scene, and one of the subjects above.
-    text : str
-        The finding in words.
-    drifted : bool
-        Whether the check fails.
-    notable : bool
-        Whether the finding is shown although the check does not fail.
-    """
+    """A line of a check."""
 
     scene: str
-    subject: str
-    text: str
-    drifted: bool = False
-    notable: bool = False
+    subject: str  # one of those above
+    text: str  # the finding in words
+    drifted: bool = False  # whether the check fails
+    notable: bool = False  # whether the finding is shown although the check does not fail
 
 
 class _Unwritten(Study):

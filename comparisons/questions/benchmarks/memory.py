@@ -32,22 +32,13 @@ _CYLINDER = 'shape = "cylinder", radius = 1.0'
 
 
 class Case(NamedTuple):
-    """A way through a method at several resolutions.
+    """A way through a method at several resolutions."""
 
-    Attributes
-    ----------
-    title, method, scene : str
-        The scene has a half-space of E = 1 and nu = 0.3.
-    resolutions : tuple of int
-    options : str
-        Of the method, as in a scene.
-    """
-
-    title: str
+    title: str  # the scene has a half-space of E = 1 and nu = 0.3
     method: str
     scene: str
     resolutions: tuple[int, ...]
-    options: str = ""
+    options: str = ""  # of the method, as in a scene
 
     def text(self, resolution: int) -> str:
         """Return the scene at one resolution."""

@@ -16,30 +16,16 @@ _LEAST_SECONDS = 2e-4  # seconds; shorter calls are repeated within a reading
 
 @dataclass(frozen=True)
 class Measurement:
-    """One line of a benchmark.
+    """One line of a benchmark."""
 
-    Attributes
-    ----------
-    name : str
-        The measured task.
-    seconds : float
-        Median time of one call on warm code.
-    yardstick : str
-        The yardstick.
-    yardstick_seconds : float or None
-        Median time of the yardstick, measured in turns; None without a yardstick or its time.
-    ratio : float or None
-        Median of the ratios of neighbouring readings; None without a yardstick.
-    target : float or None
-        Largest acceptable ratio; None if the row is for information.
-    """
-
-    name: str
-    seconds: float
+    name: str  # the measured task
+    seconds: float  # median time of one call on warm code
     yardstick: str
+    # Median time of the yardstick, measured in turns; None without a yardstick or its time.
     yardstick_seconds: float | None = None
+    # Median of the ratios of neighbouring readings; None without a yardstick.
     ratio: float | None = None
-    target: float | None = None
+    target: float | None = None  # largest acceptable ratio; None if the row is for information
 
     @property
     def met(self) -> bool | None:

@@ -72,35 +72,20 @@ class Measured:
 
 @dataclass(frozen=True)
 class Nearest:
-    """The measurement that decides over a quantity of a scene, before it is solved.
-
-    Attributes
-    ----------
-    quantity : str
-    measured : Measured
-    here : (float, float)
-        Where the scene stands along the parameter: the ends of its loads, or twice a value.
-    there : float
-        Where it was measured.
-    error, uncertainty : float
-    word : str
-        "within", "outside" or "not resolved" at the tolerance of the scene: the last, too, where
-        something that stood still is another here.
-    word_of_claim : str
-        The same at the tolerance of the claim.
-    own : dict
-        The scene's values of what stood still while the claim was measured.
-    """
+    """The measurement that decides over a quantity of a scene, before it is solved."""
 
     quantity: str
     measured: Measured
+    # Where the scene stands along the parameter: the ends of its loads, or twice a value.
     here: Stretch
-    there: float
+    there: float  # where it was measured
     error: float
     uncertainty: float
+    # "within", "outside" or "not resolved" at the tolerance of the scene: the last, too, where
+    # something that stood still is another here.
     word: str
-    word_of_claim: str
-    own: Mapping[str, float]
+    word_of_claim: str  # the same at the tolerance of the claim
+    own: Mapping[str, float]  # the scene's values of what stood still while the claim was measured
 
     @property
     def differing(self) -> list[str]:

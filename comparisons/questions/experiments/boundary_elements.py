@@ -159,30 +159,17 @@ FEW = 60
 
 @dataclass(frozen=True)
 class TwoTruths:
-    """A rough contact on several grids by both solvers, under one force.
+    """A rough contact on several grids by both solvers, under one force."""
 
-    Attributes
-    ----------
-    resolutions : tuple of int
-        Points a side.
-    elements, half_space : dict of ndarray
-        Values of every quantity on these grids.
-    periodic : bool
-    pressure : float
-        Relative difference of the pressures on the finest grid, in the L2 norm.
-    pressure_changes : (float, float)
-        What it was between the finest grid and the one before, of elements and half-space; means
-        over the coarser cells.
-    seconds : (float, float, float)
-        Processor time on the finest grid: set-up of the elements, elements, half-space.
-    """
-
-    resolutions: tuple[int, ...]
-    elements: dict[str, Array]
+    resolutions: tuple[int, ...]  # points a side
+    elements: dict[str, Array]  # values of every quantity on these grids
     half_space: dict[str, Array]
     periodic: bool
-    pressure: float
+    pressure: float  # relative difference of the pressures on the finest grid, in the L2 norm
+    # What it was between the finest grid and the one before, of elements and half-space; means over
+    # the coarser cells.
     pressure_changes: tuple[float, float]
+    # Processor time on the finest grid: set-up of the elements, elements, half-space.
     seconds: tuple[float, float, float]
 
     def difference(self, quantity: str) -> float:

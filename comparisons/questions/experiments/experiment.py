@@ -38,55 +38,32 @@ Details = dict[str, float | str]
 
 @dataclass(frozen=True)
 class Measurement:
-    """A measured error of a statement.
+    """A measured error of a statement."""
 
-    Attributes
-    ----------
-    parameter : float or None
-        Value of the experiment's parameter, None without a parameter.
-    error : float
-        Signed error of the statement: what it states over the truth, less one; or a share that it
-        says is none.
-    uncertainty : float
-        95 % half-width of `error` from all sources: the true error lies in
-        [|error| - uncertainty, |error| + uncertainty].
-    details : dict
-        Additional information: measured numbers, parts of the uncertainty, text.
-    seconds : float
-        Time of the measurement.
-    noun : str
-        What `error` is called: "error", or "share" and the like, which have no sign.
-    """
-
-    parameter: float | None
+    parameter: float | None  # value of the experiment's parameter, None without a parameter
+    # Signed error of the statement: what it states over the truth, less one; or a share that it
+    # says is none.
     error: float
+    # 95 % half-width of `error` from all sources: the true error lies in [|error| - uncertainty,
+    # |error| + uncertainty].
     uncertainty: float
+    # Additional information: measured numbers, parts of the uncertainty, text.
     details: Details = field(default_factory=dict)
-    seconds: float = 0.0
+    seconds: float = 0.0  # time of the measurement
+    # What `error` is called: "error", or "share" and the like, which have no sign.
     noun: str = "error"
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One quantity as the statement has it and as it is; the error is formed here alone.
+    """One quantity as the statement has it and as it is; the error is formed here alone."""
 
-    Attributes
-    ----------
-    stated, true : float
-        Both of the quantity that the claim names.
-    uncertainty : float
-        95 % half-width of the error.
-    details : dict
-        Further numbers and text for the report.
-    of : float or None
-        What the difference is relative to; by default the truth.
-    """
-
+    # Both of the quantity that the claim names.
     stated: float
     true: float
-    uncertainty: float
-    details: Mapping[str, float | str]
-    of: float | None = None
+    uncertainty: float  # 95 % half-width of the error
+    details: Mapping[str, float | str]  # further numbers and text for the report
+    of: float | None = None  # what the difference is relative to; by default the truth
 
     noun: ClassVar[str] = "error"
 
@@ -100,21 +77,12 @@ class Finding:
 
 @dataclass(frozen=True)
 class Share:
-    """What the statement says is none, of a whole: energy that is lost, patches that fail.
-
-    Attributes
-    ----------
-    value, uncertainty : float
-        With the 95 % half-width.
-    details : dict
-        As of `Finding`.
-    noun : str
-        What it is called instead: the largest "deviation" along a course, of its largest value.
-    """
+    """What the statement says is none, of a whole: energy that is lost, patches that fail."""
 
     value: float
-    uncertainty: float
-    details: Mapping[str, float | str]
+    uncertainty: float  # 95 % half-width
+    details: Mapping[str, float | str]  # as of `Finding`
+    # What it is called instead: the largest "deviation" along a course, of its largest value.
     noun: str = "share"
 
     @property
@@ -146,28 +114,16 @@ def one_of(*choices: str) -> AfterValidator:
 
 @dataclass(frozen=True)
 class Experiment:
-    """A named measurement as a function of its parameter.
+    """A named measurement as a function of its parameter."""
 
-    Attributes
-    ----------
-    name : str
-        Slug used in claim files.
-    title : str
-        The measured quantity, in one sentence.
-    parameter : str
-        The varied parameter in words, with its symbol ("distance over diameter s/D"); "" if none.
-    run : callable
-        ``run(effort, **parameters)`` returns a `Finding` or a `Share`; all parameters are keywords
-        with defaults.
-    varied : str
-        The keyword of the varied value, if it is not the first.
-    """
-
-    name: str
-    title: str
+    name: str  # slug used in claim files
+    title: str  # the measured quantity, in one sentence
+    # The varied parameter in words, with its symbol ("distance over diameter s/D"); "" if none.
     parameter: str
+    # ``run(effort, **parameters)`` returns a `Finding` or a `Share`; all parameters are keywords
+    # with defaults.
     run: Callable[..., Finding | Share]
-    varied: str = ""
+    varied: str = ""  # the keyword of the varied value, if it is not the first
 
     @property
     def along(self) -> str:

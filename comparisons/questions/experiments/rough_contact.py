@@ -334,21 +334,12 @@ _COUNTS = 24, 450
 
 @dataclass(frozen=True)
 class Choice:
-    """What the chapter leaves open, and the sentence that does so.
+    """What the chapter leaves open, and the sentence that does so."""
 
-    Attributes
-    ----------
-    parameter, values
-        Of the experiment `rough-contact`.
-    name : str
-        The parameter in words.
-    sentence, unsaid : str
-        From the chapter, and what it does not say.
-    """
-
-    parameter: str
-    name: str
+    parameter: str  # of the experiment `rough-contact`
+    name: str  # the parameter in words
     values: tuple[float | str, ...]
+    # From the chapter, and what it does not say.
     sentence: str
     unsaid: str
 

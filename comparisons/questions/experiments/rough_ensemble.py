@@ -43,28 +43,16 @@ QUANTITIES = (
 
 @dataclass(frozen=True)
 class Surface:
-    """Self-affine random surface of side one with rms gradient one; keywords of experiments.
+    """Self-affine random surface of side one with rms gradient one; keywords of experiments."""
 
-    Attributes
-    ----------
-    points : int
-        Points per side.
-    hurst : float
-        Hurst exponent H, C2D ~ q^(-2 (1 + H)); above one it is a steeper spectrum.
-    roll_off : float
-        L/lambda_l >= 1, the side over the longest wavelength of the power law; longer waves form a
-        plateau. One for no plateau.
-    shortest : float
-        lambda_s/dx >= 2, the shortest wavelength over the spacing.
-    periodic : bool
-        A periodic half-space, or a free patch.
-    """
-
-    points: Points = 64
-    hurst: float = 0.8
+    points: Points = 64  # points per side
+    hurst: float = 0.8  # Hurst exponent H, C2D ~ q^(-2 (1 + H)); above one it is a steeper spectrum
+    # L/lambda_l >= 1, the side over the longest wavelength of the power law; longer waves form a
+    # plateau. One for no plateau.
     roll_off: Annotated[float, Field(ge=1)] = 1.0
+    # lambda_s/dx >= 2, the shortest wavelength over the spacing.
     shortest: Annotated[float, Field(ge=2)] = 2.0
-    periodic: bool = False
+    periodic: bool = False  # a periodic half-space, or a free patch
 
     @property
     def recipe(self) -> dict[str, float | None]:
@@ -141,27 +129,15 @@ def surface_samples(
 
 @dataclass(frozen=True)
 class Drawing:
-    """Rules for drawing lines from a surface of side L.
+    """Rules for drawing lines from a surface of side L."""
 
-    Attributes
-    ----------
-    rule : str
-        Relation between the spectra of line and surface.
-    edges : str
-        Treatment of contact edges, see `reduced.rough.press.press`.
-    line_length : float
-        Length of a line over L.
-    line_points : int
-        Points per L; by default twice those of the surface, to resolve the modes in the corners of
-        its spectrum.
-    sided : int
-        Sides of the spectrum C1D: two as in (19.28), or one, which doubles the mean square height.
-    """
-
-    rule: str = "rings"
-    edges: str = "sub_cell"
-    line_length: Annotated[float, Field(gt=0, le=1024)] = 1.0
+    rule: str = "rings"  # relation between the spectra of line and surface
+    edges: str = "sub_cell"  # treatment of contact edges, see `reduced.rough.press.press`
+    line_length: Annotated[float, Field(gt=0, le=1024)] = 1.0  # length of a line over L
+    # Points per L; by default twice those of the surface, to resolve the modes in the corners of
+    # its spectrum.
     line_points: Annotated[int, Field(strict=False, ge=0, le=10**6)] = 0
+    # Sides of the spectrum C1D: two as in (19.28), or one, which doubles the mean square height.
     sided: Annotated[int, Field(strict=False, ge=1, le=2)] = 2
 
 

@@ -76,25 +76,16 @@ _STEPS = 200
 
 @dataclass(frozen=True)
 class Dented:
-    """A ball in a half-space, R = E = 1.
-
-    Attributes
-    ----------
-    force, area, residual_depth, work : float
-        Work of the force.
-    restitution : float
-        Square root of the share of it that is given back: that of an impact far below the speed
-        of sound.
-    unknowns : int
-        Of the finite elements.
-    """
+    """A ball in a half-space, R = E = 1."""
 
     force: float
     area: float
     residual_depth: float
-    work: float = 0.0
+    work: float = 0.0  # of the force
+    # Square root of the share of it that is given back: that of an impact far below the speed of
+    # sound.
     restitution: float = 1.0
-    unknowns: int = 0
+    unknowns: int = 0  # of the finite elements
 
     @property
     def mean_pressure(self) -> float:

@@ -433,41 +433,24 @@ class Recipe(SceneTable, populate_by_name=True):
 
 
 class OutcomeRecord(Form):
-    """Outcome of a method in a case; None for missing numbers.
-
-    Attributes
-    ----------
-    case, title, method : str
-    kind : str
-        "accurate", "degraded", "refused", "not for", or "lost" (a number is missing unexpectedly).
-    error, area_error, bar : float or None
-        Largest relative errors over the load steps (main quantity, contact area) and the bar of the
-        reference for the main quantity.
-    seconds : float or None
-    resolution : int
-        0 without a solve.
-    reason : str
-        Reason for a missing number or lost steps.
-    lost : list of int
-        Load steps without an answer.
-    expected : str
-        The expectation in words; "" if there is none (a user-supplied method).
-    deviation : str
-        Difference of the outcome from the expectation in words; "" if there is none.
-    """
+    """Outcome of a method in a case; None for missing numbers."""
 
     case: str
     title: str
     method: str
+    # "accurate", "degraded", "refused", "not for", or "lost" (a number is missing unexpectedly).
     kind: str
+    # Largest relative errors over the load steps (main quantity, contact area) and the bar of the
+    # reference for the main quantity.
     error: float | None = None
     area_error: float | None = None
     bar: float | None = None
     seconds: float | None = None
-    resolution: int = 0
-    reason: str = ""
-    lost: list[int] = Field(default=[])
-    expected: str = ""
+    resolution: int = 0  # 0 without a solve
+    reason: str = ""  # reason for a missing number or lost steps
+    lost: list[int] = Field(default=[])  # load steps without an answer
+    expected: str = ""  # the expectation in words; "" if there is none (a user-supplied method)
+    # Difference of the outcome from the expectation in words; "" if there is none.
     deviation: str = ""
 
 

@@ -81,16 +81,11 @@ def computed(sheet: Sheet) -> dict[str, Known]:
 
 @dataclass(frozen=True)
 class Judged:
-    """An entry with a verdict on every quantity of its sheet.
-
-    Attributes
-    ----------
-    beyond : tuple of str
-        Quantities with a value outside the interval that a theorem gives: certainly wrong.
-    """
+    """An entry with a verdict on every quantity of its sheet."""
 
     entry: Entry
     verdicts: dict[str, Judgement]
+    # Quantities with a value outside the interval that a theorem gives: certainly wrong.
     beyond: tuple[str, ...]
 
     @property

@@ -133,29 +133,20 @@ Value = Annotated[float, Field(strict=True)] | None
 
 
 class Entry(SceneTable):
-    """What an entry states.
+    """What an entry states."""
 
-    Attributes
-    ----------
-    problem, version
-        Of the sheet.
-    solver, author, machine, notes : str
-    values : dict
-        Quantity -> value at every load of the sheet, in SI units; null where the solver failed.
-    seconds : float
-        Everything that the solver does for all loads, on warm code, as its author states it.
-    threads, unknowns : int
-    """
-
+    # Of the sheet.
     problem: Annotated[str, Field(pattern=r"^RL-\d{3}$")]
     version: Annotated[int, Field(strict=True, ge=1)]
     solver: Annotated[str, Field(min_length=1, max_length=100)]
     author: Line = ""
     machine: Line = ""
     notes: Annotated[str, Field(max_length=1000)] = ""
+    # Quantity -> value at every load of the sheet, in SI units; null where the solver failed.
     values: Annotated[
         dict[str, Annotated[tuple[Value, ...], Field(max_length=10_000)]], Field(max_length=50)
     ]
+    # Everything that the solver does for all loads, on warm code, as its author states it.
     seconds: Annotated[float, Field(ge=LEAST_SECONDS, lt=1e9)] | None = None
     threads: Annotated[int, Field(strict=True, ge=1, le=1_000_000)] = 1
     unknowns: Annotated[int, Field(strict=True, ge=1, le=10**15)] | None = None
