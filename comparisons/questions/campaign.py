@@ -40,36 +40,22 @@ ADVICE = "completed solves are kept: use --resume to continue, --workers 1 to sa
 
 
 class Options(TypedDict, total=False):
-    """Options of all campaigns, see `Campaign`."""
+    """Options of all campaigns."""
 
-    command: str
+    command: str  # the command line, for the report
     effort: Effort
-    workers: int
+    workers: int  # processes, with one thread each
+    # Continue from existing results, or replace them: a folder that has any needs one of both.
     resume: bool
     overwrite: bool
-    executor: Executor | None
-    watch: Watch | None
+    executor: Executor | None  # carries out the jobs; default: `workers` local processes
+    watch: Watch | None  # called with the campaign and the last job done (None at the start)
 
 
 class Campaign(ABC, Generic[A, R]):
-    """A question with the folder of its answer.
+    """A question with the folder of its answer, which is created when the run starts.
 
-    Parameters
-    ----------
-    directory : Path
-        Created when the run starts. A folder with results needs `resume` or `overwrite`; a folder
-        without reusable solves is replaced. Nothing is written without a `layout`.
-    command : str
-        The command line, for the report.
-    effort : {"quick", "full"}
-    workers : int
-        Number of processes, with one thread per process.
-    resume, overwrite : bool
-        Continue from existing results, or replace them.
-    executor : Executor, optional
-        Executes the jobs; default: `workers` local processes.
-    watch : callable, optional
-        Called with the campaign and the last job done (None at the start).
+    A folder without reusable solves is replaced. Nothing is written without a `layout`.
     """
 
     layout: ClassVar[Layout | None] = None

@@ -93,17 +93,9 @@ def drift(
     method: str = MODEL_NAME,
     tolerance: float = MODEL_TOLERANCE,
 ) -> list[Finding]:
-    """Compare a run with the stored one, scene by scene.
+    """Compare a run with the stored one: every scene's model, references, agreement, and speed.
 
-    Parameters
-    ----------
-    tolerance : float
-        Largest relative change of the method that counts as unchanged; of references `MOVED`.
-
-    Returns
-    -------
-    list of Finding
-        For every scene: the model, the references, their agreement, the speed.
+    Changes of the method up to `tolerance` count as none, of references those up to `MOVED`.
     """
     changes = compare_runs(stored, now, tolerances={method: tolerance}).changes
     before = {scene.name: scene for scene in stored.scenes}

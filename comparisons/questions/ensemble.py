@@ -63,19 +63,10 @@ MOST_ROWS = 150_000
 
 
 class Ensemble(Campaign[list[Bundle], EnsembleResult]):
-    """Many surfaces of one scene, and the folder of their curves.
+    """Many surfaces of one scene (its `realisations`), and the folder of their curves.
 
-    Parameters
-    ----------
-    scene : Scene
-        With a random surface; `surface.realisations` is how many are solved.
-    directory : Path
-    part : (int, int)
-        Solve only the Kth of N stretches of the surfaces.
-    **options
-        As in `Campaign`.
-
-    InputError if pyarrow is missing, or the surface of the scene is not random.
+    A `part` is the Kth of N stretches of them. InputError if pyarrow is missing, or the surface of
+    the scene is not random.
     """
 
     layout = Layout(RECORD, (TABLE,), SURFACES)
@@ -224,16 +215,7 @@ _BYTES = 4 * 8 * 20
 
 
 def bundle_job(task: Task, identity: str, surfaces: range) -> Job:
-    """Return the solve of consecutive surfaces as a job.
-
-    Parameters
-    ----------
-    task : Task
-        The task of any of these surfaces.
-    identity : str
-        Identity of their setting.
-    surfaces : range
-    """
+    """Return the solve of consecutive surfaces, of which `task` is any one's, as a job."""
     solver = solver_of(task)
     block = tuple(surfaces[: solver.block(task.resolution)])
     memory = solver.memory(replace(task, realisations=block))

@@ -48,27 +48,11 @@ NOT_REFINED = "full: merged runs are not refined; continue with roughline run --
 
 
 def merge(directories: Iterable[Path], out: Path, command: str = "", files: Path = Path()) -> Study:
-    """Write a results folder with the solutions of several runs.
+    """Write a new or empty folder with the solutions of several runs, complete or not.
 
-    A solve in two runs must have the same values in both (to 1e-5, the tolerance of iterations).
-
-    Parameters
-    ----------
-    directories : iterable of Path
-        Folders written by `roughline run`, complete or not.
-    out : Path
-        A new or empty folder. It appears once it is complete.
-    command : str
-        The command line, for the report.
-    files : Path
-        Folder of the files (maps, meshes) named in the scenes.
-
-    Returns
-    -------
-    Study
-        The merged study; `lost` lists solves missing from all runs.
-
-    InputError lists all differences and errors.
+    A solve in two runs must have the same values in both (to 1e-5, the tolerance of iterations);
+    what no run has, `Study.lost` lists. `files` is the folder of the maps and meshes that the
+    scenes name. InputError lists all differences and errors.
     """
     with filled(out, STUDY) as folder:
         runs = [load_study(path) for path in directories]
@@ -127,17 +111,8 @@ def merge(directories: Iterable[Path], out: Path, command: str = "", files: Path
 def merge_ensembles(directories: Iterable[Path], out: Path, command: str = "") -> EnsembleResult:
     """Write a folder with the surfaces of several parts; files are linked or copied as they are.
 
-    Memory does not grow with the surfaces.
-
-    Parameters
-    ----------
-    directories : iterable of Path
-        Folders written by `roughline ensemble` with one scene, complete or not.
-    out : Path
-        A new or empty folder. It appears once it is complete.
-    command : str
-
-    InputError lists all differences; nothing is written then.
+    The folders are of one scene, complete or not, and `out` is a new or empty one. Memory does not
+    grow with the surfaces. InputError lists all differences; nothing is written then.
     """
     with filled(out, RECORD) as folder:
         runs = {path: load_ensemble(path) for path in directories}

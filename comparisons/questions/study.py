@@ -45,16 +45,8 @@ SOON_SOLVED = 1.0  # seconds: a shorter solve of lines or of surfaces that no pa
 class Study(Campaign[None, StudyRecord]):
     """All plans of a run, and the folder of its results.
 
-    Parameters
-    ----------
-    plans : list of Plan
-    directory : Path
-    part : (int, int)
-        Solve only part K of N of the tasks; the folders of all parts are merged afterwards.
-    paraview : bool
-        Write the fields as VTU, too.
-    **options
-        As in `Campaign`.
+    Of a `part`, K of N, only these tasks are solved; the folders of all parts are merged
+    afterwards. `paraview` writes the fields as VTU, too.
     """
 
     layout: ClassVar[Layout | None] = Layout(
@@ -267,12 +259,8 @@ def solved_in_memory(
     """Solve a plan here as a study would, without a folder.
 
     With `enough` the grids of the truth are refined at quick effort, too, until it says so or the
-    next would take more than a minute.
-
-    Returns
-    -------
-    (Plan, dict)
-        The plan with the surfaces, lines and grids that were solved in the end, and the solutions.
+    next would take more than a minute. The plan that is returned has the surfaces, lines and grids
+    that were solved in the end.
     """
     solutions: dict[str, Solution] = {}
 

@@ -349,14 +349,9 @@ def _memory(kind: Kind, beside: Beside) -> Measurement:
 def largest(points: int, kind: Kind = "periodic", beside: Beside = "nothing") -> dict[str, float]:
     """Solve a large grid at once; return what it took of this process.
 
-    Beside it there may be a load before, or the stiffness of the contact thereafter.
-
-    Returns
-    -------
-    dict
-        seconds of processor time; peak, the memory of the process in bytes; bytes_per_cell, what
-        surface and solve took of it; iterations; convolutions in single and in double precision;
-        share of cells in contact; violation.
+    Beside it there may be a load before, or the stiffness of the contact thereafter. Seconds are of
+    the processor, the peak is the memory of the process in bytes, of which surface and solve took
+    `bytes_per_cell`; convolutions are in single and in double precision.
     """
     _solved(_WARM, kind, beside)  # compiles
     before = psutil.Process().memory_info().rss

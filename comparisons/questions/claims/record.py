@@ -221,13 +221,9 @@ def verdict_over_all(
     """Return the verdict on a claim over all that its statement leaves open.
 
     It "holds only as stated" if it is within at its stated values, but under no draw over what the
-    statement leaves open, or nowhere else at all. The few draws of quick effort do not tell.
-
-    Parameters
-    ----------
-    stated, along, draws : list of str
-        Verdicts on the points at the stated values; away from them along one parameter at a time;
-        and drawn over all parameters.
+    statement leaves open, or nowhere else at all. The few draws of quick effort do not tell. The
+    verdicts are those on the points at the stated values; away from them `along` one parameter at a
+    time; and drawn over all parameters.
 
     >>> verdict_over_all(["within"], ["within", "outside"], ["outside", "within"])
     'holds in a range'

@@ -73,15 +73,7 @@ MEMORY = 1e9
 
 
 class ClaimRun(Campaign[ClaimRecord, ClaimsRecord]):
-    """All claims of a run, and the folder of its results.
-
-    Parameters
-    ----------
-    claims : list of Claim
-    directory : Path
-    **options
-        As in `Campaign`.
-    """
+    """All claims of a run, and the folder of its results."""
 
     layout = Layout(RECORD, answers=MEASUREMENTS)
 

@@ -51,19 +51,10 @@ def measure_scene(
 ) -> Inquiry[Measurement]:
     """Solve a claim's sides at one value of its parameter and measure the claim's error.
 
-    Parameters
-    ----------
-    claim : Claim
-    value : float or None
-        Value of the parameter.
-    effort : "quick" or "full"
-        Full effort refines the reference until its bar is a fifth of the tolerance. Quick effort
-        solves the finest of three grids only where the others leave the claim open.
-    independent : bool
-        Solve with all 3-D methods, so that references check each other; else with the cheapest
-        suitable reference.
-
-    InputError if a scene cannot be prepared at this value.
+    Full effort refines the reference until its bar is a fifth of the tolerance. Quick effort solves
+    the finest of three grids only where the others leave the claim open. If `independent`, all 3-D
+    methods solve, so that references check each other; else the cheapest suitable one. InputError
+    if a scene cannot be prepared at this value.
     """
     stated, true = claim.sides(value)
     if not true.same_scene(stated):

@@ -53,12 +53,7 @@ def walk(
 
     These are intervals between a point within and one outside, and intervals between two points
     outside with errors of opposite signs, because the error passes zero there and the claim holds
-    nearby. If a midpoint is not resolved, the bisection ends.
-
-    Returns
-    -------
-    list of PointRecord
-        Ordered by the parameter.
+    nearby. If a midpoint is not resolved, the bisection ends. Points come back in order.
     """
     points = yield from points_at(values, tolerance, measure)
     intervals = list(pairwise(points))

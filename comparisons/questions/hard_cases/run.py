@@ -53,13 +53,7 @@ WARNED = "warned: "
 class HardCases(Campaign[list[OutcomeRecord], HardCasesRecord]):
     """Hard cases, the methods to be tried, and the folder of outcomes, which are replaced.
 
-    Parameters
-    ----------
-    cases : sequence of HardCase
-    methods : sequence of str
-    directory : Path
-    **options
-        As in `Campaign`; without full effort, slow pairs are skipped with a note.
+    Without full effort, slow pairs are skipped with a note.
     """
 
     layout = Layout(RECORD, (TABLE, PAGE))
