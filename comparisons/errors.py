@@ -20,3 +20,10 @@ class LostWorkError(RuntimeError):
 
     What is done is kept, as after an interrupt: the command line exits with code 3.
     """
+
+
+def is_interrupt(error: BaseException | None) -> bool:
+    """Tell whether an error is a ctrl-C, or what a class body (`__set_name__`) made of one."""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error is not None

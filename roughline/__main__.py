@@ -77,13 +77,6 @@ class Interrupts:
             os._exit(INTERRUPTED)
 
 
-def is_interrupt(error: BaseException | None) -> bool:
-    """Tell whether an error is a ctrl-C, or what a class body (`__set_name__`) made of one."""
-    while error is not None and not isinstance(error, KeyboardInterrupt):
-        error = error.__cause__ or error.__context__
-    return error is not None
-
-
 def open_standard_streams() -> None:
     """Give what is closed (``>&-``) to nothing: no file of ours may get its number."""
     for number, name in enumerate(("stdin", "stdout", "stderr")):
@@ -116,6 +109,8 @@ def main() -> None:
             code = run_command(sys.argv[1:])
         interrupts.ignore()
     except BaseException as error:
+        from comparisons.errors import is_interrupt
+
         # A C extension that is loading forgets the interrupt that it met.
         lost = interrupts.pressed and isinstance(error, (ImportError, SystemError))
         if not (lost or is_interrupt(error)):

@@ -9,10 +9,11 @@ from typing import Any
 
 import pandas as pd
 
+from comparisons.methods.user.external import brought
 from comparisons.scene.scene import Scene, parse_scene
 from comparisons.scene.scene import load_scene as _load_scene
 from comparisons.solving.plan import Plan as ScenePlan
-from comparisons.solving.planning import Source, plan_scene
+from comparisons.solving.planning import Source, plan_scene, with_brought
 from reports.tables.lists import scenes
 from reports.tables.runs import plan as plan_table
 from reports.tables.written import frame
@@ -149,4 +150,5 @@ def scene_of(source: Source, methods: tuple[str, ...], **compare: Any) -> Scene:
     changes = {f"compare.{key}": value for key, value in compare.items() if value is not None}
     if methods:
         changes["compare.methods"] = list(methods)
-    return load_scene(source, changes)
+    scene = load_scene(source, changes)
+    return scene if methods else with_brought(scene, brought())

@@ -292,6 +292,8 @@ def list_methods() -> pd.DataFrame:
 def add_method(method: type[Solver[Any]] | str | Path) -> list[str]:
     """Add your own method, to be tested like the built-in ones; return the names added.
 
+    It runs also where a scene names others, but not beside those that a call names.
+
     Parameters
     ----------
     method : class, str or Path

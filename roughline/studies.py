@@ -11,6 +11,7 @@ import pandas as pd
 
 from comparisons import formatting as fmt
 from comparisons.errors import InputError
+from comparisons.methods.user.external import brought
 from comparisons.questions import study
 from comparisons.questions.campaign import Campaign, Watch
 from comparisons.results import run_comparison
@@ -176,7 +177,10 @@ class Study:
         effort: Effort = "full" if full else "quick"
         sources = scenes if isinstance(scenes, (list, tuple)) else [scenes]
         self._study = study.Study(
-            plan_all(sources, overrides, effort, "methods, changes"),
+            plan_all(
+                *(sources, overrides, effort, "methods, changes"),
+                brought=brought() if methods is None else (),
+            ),
             Path(folder),
             command="roughline.Study",
             effort=effort,

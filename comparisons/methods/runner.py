@@ -14,6 +14,7 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
+from comparisons.errors import is_interrupt
 from comparisons.facts.quantities import derived
 from comparisons.geometry.bodies import BodyGeometry
 from comparisons.geometry.prepare import IndenterGeometry
@@ -34,12 +35,6 @@ def in_words(error: Exception) -> str:
     where = traceback.extract_tb(error.__traceback__)[-1]
     name = type(error).__name__
     return f"{name}: {error} (in {where.name})" if str(error) else f"{name} in {where.name}"
-
-
-def pass_interrupt_on(error: Exception) -> None:
-    """Raise the ctrl-C that a class body (`__set_name__`) made an error of, if it is one."""
-    if isinstance(error.__cause__, KeyboardInterrupt):
-        raise error.__cause__
 
 
 def run(
@@ -107,7 +102,8 @@ def _contained(solver: Solver[Any], task: Task, reason: Callable[[Exception], st
     try:
         return _answer(solver, task)
     except Exception as error:  # the other loads carry on
-        pass_interrupt_on(error)
+        if is_interrupt(error):
+            raise KeyboardInterrupt from error
         message = reason(error)
     if steps == 1 or task.loads.is_path:  # the rest of a path cannot begin anew
         return Solution.lost(task, message)

@@ -9,7 +9,7 @@ from pathlib import Path
 from comparisons.errors import InputError, ResultsError
 from comparisons.facts.methods import GRID, INDEPENDENT, method_named, title_of
 from comparisons.facts.methods import MODEL as MODEL_NAME
-from comparisons.formatting import number
+from comparisons.formatting import listed, number
 from comparisons.questions.campaign import Watch
 from comparisons.questions.study import Study
 from comparisons.results.record import MEAN, SceneRecord, StudyRecord
@@ -150,7 +150,7 @@ def _moves(name: str, method: str, changes: list[Change]) -> list[Finding]:
         if {CHANGED, LOST, ONE_SIDED} & {*change.kinds}:
             moved[change.method] = change
     truths = dict.fromkeys(change.method for change in changes if change.method != method)
-    still = _list([title_of(truth) for truth in truths if truth not in moved])
+    still = listed([title_of(truth) for truth in truths if truth not in moved])
     subject = "the reduced model" if method == MODEL_NAME else title_of(method)
     model = moved.pop(method, None)
     shared = []  # references whose common quantities all changed by the model's factor
@@ -164,7 +164,7 @@ def _moves(name: str, method: str, changes: list[Change]) -> list[Finding]:
         if whole and size > MOVED and apart_by <= ALIKE * size:
             shared.append(truth)
     if model is not None and shared:
-        both = _list([subject, *map(title_of, shared)])
+        both = listed([subject, *map(title_of, shared)])
         factor = f"{number(1 + model.change, 6)} ({model.quantity.replace('_', ' ')})"
         text = f"{both} moved by the same factor {factor}: something they share has changed"
         text += f"; {still} did not move" if still else ""
@@ -190,10 +190,6 @@ def _moves(name: str, method: str, changes: list[Change]) -> list[Finding]:
 def _pair(disagreement: str) -> str:
     """Return who differs in what: the words before "by" how much."""
     return disagreement.rpartition(" by ")[0] or disagreement
-
-
-def _list(names: list[str]) -> str:
-    return " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
 
 
 def check_against(

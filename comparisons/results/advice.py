@@ -14,7 +14,7 @@ import numpy as np
 from comparisons.facts.methods import CLOSED_FORM, METHODS, title_of
 from comparisons.facts.quantities import quantity
 from comparisons.files import plain
-from comparisons.formatting import MISSING, count, duration, relative, tolerance
+from comparisons.formatting import MISSING, count, duration, listed, relative, tolerance
 from comparisons.judging.truth import Bar
 from comparisons.judging.verdicts import (
     NO_RESULT,
@@ -44,7 +44,7 @@ class Setting:
     is_truth: bool = False  # whether this is the solution that the others were compared with
     # Whether its method is that of the truth: it was compared with its own finest solution.
     judges_itself: bool = False
-    called: str = ""  # title of the method on the scene; "": as everywhere
+    title: str = ""  # what the method is called on the scene
 
     @property
     def seconds(self) -> float:
@@ -66,11 +66,6 @@ class Setting:
     def verdict(self) -> str:
         """Over all quantities: "within", "outside", "not resolved" or "no result"."""
         return self.deciding.word
-
-    @property
-    def title(self) -> str:
-        """What the method is called on the scene."""
-        return self.called or title_of(self.method)
 
     @property
     def text(self) -> str:
@@ -221,7 +216,7 @@ def advise(record: SceneRecord) -> Advice:
             record.cost(method, level),
             record.setting_verdicts(method, level),
             judges_itself=method == truth,
-            called=record.title_of(method),
+            title=record.title_of(method),
         )
         for method in record.methods
         for level in record.resolutions_judged(method)
@@ -273,8 +268,7 @@ def _sentence(record: SceneRecord, advice: Advice) -> str:
     if not advice.quantities:
         return f"None of the requested quantities can be judged{left}."
     labels = [quantity(name).label for name in advice.quantities]
-    named = " and ".join(filter(None, [", ".join(labels[:-1]), labels[-1]]))
-    advice_text = f"For {tolerance(record.tolerance)} in {named}: "
+    advice_text = f"For {tolerance(record.tolerance)} in {listed(labels)}: "
     # fastest first; what lies closer than times repeat is not ranked
     settings = advice.reaching()
     groups: list[list[Setting]] = []

@@ -47,7 +47,6 @@ from comparisons.tasks.stresses import FROM_PRESSURE
 
 FIELDS_FOLDER = "fields"
 MEAN = "mean"
-NONE = np.empty(0, dtype=int)  # places of no rows
 NOBODY = "not computed by any method that was run"
 # Quantities whose bars `roughline calibrate` holds against true errors.
 SINGLE_CONTACTS = ("force", "penetration", "contact_area", "stiffness")
@@ -282,8 +281,7 @@ class SceneRecord:
 
     def solved_rows(self, method: str) -> Rows:
         """Return the converged load steps of one method."""
-        by_method = self._solved_by_method
-        return by_method[method] if method in by_method else self.rows.where(NONE)
+        return self._solved_by_method.get(method, NO_ROWS)
 
     @cached_property
     def _by_setting(self) -> dict[tuple[str, float], Rows]:
@@ -297,8 +295,7 @@ class SceneRecord:
 
     def setting_rows(self, method: str, resolution: float) -> Rows:
         """Return all rows of a method at a resolution, solved or lost."""
-        key = (method, float(resolution))
-        return self._by_setting[key] if key in self._by_setting else self.rows.where(NONE)
+        return self._by_setting.get((method, float(resolution)), NO_ROWS)
 
     @once
     def curve(self, method: str, resolution: float | None = None) -> Rows:
@@ -324,7 +321,7 @@ class SceneRecord:
         """Return the single realisations of an ensemble (empty where there is one surface only)."""
         rows = self.solved_rows(method)
         single = rows.where((rows["resolution"] == resolution) & (rows["realisation"] != MEAN))
-        return single if len(set(single["realisation"])) > 1 else rows.where(NONE)
+        return single if len(set(single["realisation"])) > 1 else NO_ROWS
 
     @cached_property
     def failures(self) -> list[Failure]:

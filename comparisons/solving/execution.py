@@ -27,12 +27,13 @@ from typing import Any
 import psutil
 from threadpoolctl import ThreadpoolController
 
+from comparisons.errors import is_interrupt
 from comparisons.facts.methods import METHODS
 from comparisons.geometry.prepare import RoughGeometry
 from comparisons.isolation import parent
 from comparisons.machine import machine, machine_text, source_digest, versions
 from comparisons.methods.registry import solver_of
-from comparisons.methods.runner import in_words, pass_interrupt_on, run
+from comparisons.methods.runner import in_words, run
 from comparisons.methods.solver import Solver
 from comparisons.methods.user.external import add_announced
 from comparisons.solving.jobs import REPEAT_SECONDS, REPEATS
@@ -91,7 +92,8 @@ def execute(task: Task, repeats: int | None = None) -> Solution:
                 setups.append(again.setup_seconds)
             _add_fields(task, solution)
     except Exception as error:  # the study carries on
-        pass_interrupt_on(error)
+        if is_interrupt(error):
+            raise KeyboardInterrupt from error
         return Solution.lost(task, in_words(error))
     finally:
         if isinstance(task.geometry, RoughGeometry):

@@ -299,10 +299,7 @@ def plan_all(
             if sensitivity:
                 scenes = [variant for scene in scenes for variant in prepared_otherwise(scene)]
             for scene in scenes:
-                named = scene.compare.methods
-                if named is not None and not set(brought).intersection(named):
-                    scene = load_scene(scene, {"compare.methods": [*named, *brought]})
-                plans += plan_scene(scene, effort)
+                plans += plan_scene(with_brought(scene, brought), effort)
         except InputError as error:
             problems.append(str(error))
     if of_options:
@@ -322,6 +319,14 @@ def plan_all(
     if problems:
         raise InputError("\n".join(dict.fromkeys(problems)))
     return plans
+
+
+def with_brought(scene: Scene, brought: Sequence[str]) -> Scene:
+    """Return a scene that names a user's own methods, too, if it names others only."""
+    named = scene.compare.methods
+    if named is None or not brought or set(brought).intersection(named):
+        return scene
+    return load_scene(scene, {"compare.methods": [*named, *brought]})
 
 
 def refuse_unsolvable(plans: Sequence[Plan]) -> None:

@@ -10,7 +10,7 @@ import sys
 
 from cyclopts import App, CycloptsError, Group, Parameter
 
-from roughline.__main__ import is_interrupt
+from comparisons.errors import InputError, LostWorkError, is_interrupt
 from roughline.commands import say
 from roughline.commands.arguments import FINE, INTERRUPTED, WRONG_INPUT
 from roughline.commands.everyday import advise, compare, list_, new, paper, report, run, solve
@@ -61,8 +61,6 @@ def run_command(arguments: list[str]) -> int:
         if isinstance(stream, io.TextIOWrapper):
             # A console that cannot show a narrow space or a micro sign shows a question mark.
             stream.reconfigure(errors="replace")
-    from comparisons.errors import InputError, LostWorkError
-
     try:
         result = app(arguments, exit_on_error=False, print_error=True, result_action="return_value")
     except CycloptsError:

@@ -89,8 +89,8 @@ def overrides_of(
     return overrides
 
 
-# Exit codes. FAILED: a solve is lost, a verdict or a result differs from what was expected.
-FINE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 3
+# The other exit code: a solve is lost, a verdict or a result differs from what was expected.
+FAILED = 1
 DEFAULT_FOLDER = Path("roughline-results")
 
 MaybeWhole = Annotated[int | None, Parameter(converter=_count)]
@@ -119,8 +119,8 @@ class MethodFiles:
     method_seconds: float = 120.0
     method_gigabytes: float = 2.0
 
-    def load(self) -> list[str]:
-        """Register the methods of the files, and of installed packages; return the files' names.
+    def load(self) -> None:
+        """Register the methods of the files, and of installed packages.
 
         InputError lists every invalid file and limit.
         """
@@ -138,14 +138,13 @@ class MethodFiles:
         if wrong:
             raise InputError("\n".join(wrong))
         if not (self.method_file or metadata.entry_points(group=GROUP)):
-            return []
+            return
         from comparisons.isolation.parent import Limits
-        from comparisons.methods.user.external import add_methods, names_in
+        from comparisons.methods.user.external import add_methods
 
         bounds = Limits(self.method_seconds, 1e9 * self.method_gigabytes)
         for notice in add_methods(self.method_file, bounds):
             say(f"left out: {notice}", sys.stderr)
-        return [name for file in self.method_file for name in names_in(file)]
 
 
 NO_METHOD_FILES = MethodFiles()

@@ -124,6 +124,7 @@ def run(  # noqa: PLR0913 (the options on the command line)
     verbose
         Print the verdict on every quantity, and the advice for each scene.
     """
+    from comparisons.methods.user.external import brought
     from comparisons.questions.campaign import WHOLE
     from comparisons.questions.study import Study
     from comparisons.results.folder import held
@@ -135,13 +136,13 @@ def run(  # noqa: PLR0913 (the options on the command line)
 
     if static:  # without matplotlib that is told before anything is solved
         import_module("reports.paper.files")
-    brought = method_files.load()
+    method_files.load()
     share_of_work = WHOLE if part is None else part_of(part)
     effort: Effort = "full" if full else "quick"
     overrides = overrides_of(methods, option, tolerance, quantities, loads)
     overrides |= {"compare.proved": "if_any"} if prove else {}
     plans = plan_all(
-        scenes or ("quick",), overrides, effort, brought=brought, sensitivity=sensitivity
+        scenes or ("quick",), overrides, effort, brought=brought(), sensitivity=sensitivity
     )
     if plan:
         terminal.print_plans(plans)
@@ -425,13 +426,14 @@ def advise(
     json
         Print one JSON object.
     """
+    from comparisons.methods.user.external import brought
     from comparisons.solving.planning import plan_all
     from roughline.commands import advising
 
-    brought = method_files.load()
+    method_files.load()
     overrides = overrides_of(tolerance=tolerance, quantities=quantities)
     effort: Effort = "full" if full else "quick"
-    plans = plan_all([scene], overrides, effort, "--tolerance, --quantities", brought)
+    plans = plan_all([scene], overrides, effort, "--tolerance, --quantities", brought())
     if not known:
         return advising.advise_all(plans, effort, json)
     again = shlex.join(["roughline", *(word for word in sys.argv[1:] if word != "--known")])

@@ -344,6 +344,23 @@ def test_a_method_of_a_notebook_is_judged_and_can_be_mended():
         roughline.add_method(twice("reduced", 1.0))
 
 
+@pytest.mark.usefixtures("methods_restored")
+def test_an_added_method_runs_where_a_scene_names_others_not_beside_those_of_a_call(
+    tmp_path,
+):
+    roughline.add_method(twice("scaled", 2.0))
+    named = roughline.load_scene(BALL, {"compare.methods": ["closed_form", "reduced"]})
+
+    def planned(plan):
+        return plan.table().query("supported").method.tolist()
+
+    assert planned(roughline.plan(named)) == ["closed_form", "reduced", "scaled"]
+    assert planned(roughline.Study(named, tmp_path).plan) == ["closed_form", "reduced", "scaled"]
+    assert planned(roughline.plan(named, "reduced")) == ["closed_form", "reduced"]
+    study = roughline.Study(named, tmp_path, methods=["reduced"])
+    assert planned(study.plan) == ["closed_form", "reduced"]
+
+
 @pytest.mark.slow
 @pytest.mark.usefixtures("methods_restored")
 def test_a_file_with_a_method_may_be_added_twice():

@@ -285,6 +285,12 @@ def user_methods() -> list[UserMethod]:
     return [maker for maker in makers if isinstance(maker, UserMethod)]
 
 
+def brought() -> list[str]:
+    """Return the methods from outside that were given by hand: no installed package offers them."""
+    offered = {m.name for m in user_methods() if m.origin.source.startswith("entry:")}
+    return [name for name, row in METHODS.items() if row.user_made and name not in offered]
+
+
 def _announced_origins() -> list[Origin]:
     try:
         return [Origin(**origin) for origin in json.loads(announced())]

@@ -11,7 +11,6 @@ import ast
 import hashlib
 import json
 import shlex
-import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
 from functools import cache
@@ -263,11 +262,9 @@ def _no_result(value: float | None, error: Exception) -> Measurement:
 def measure_experiment(
     name: str, value: float | None, effort: Effort, parameters: dict[str, Any]
 ) -> Measurement:
-    """Run an experiment at a value of its parameter; measure its time if it does not itself."""
-    started = time.perf_counter()
+    """Run an experiment at a value of its parameter."""
     try:
-        measured = EXPERIMENTS[name].measure(value, effort, **parameters)
-        return replace(measured, seconds=measured.seconds or time.perf_counter() - started)
+        return EXPERIMENTS[name].measure(value, effort, **parameters)
     except Exception as error:  # as in `_measured`
         return _no_result(value, error)
 
@@ -322,7 +319,7 @@ def digest_of(claim: Claim) -> str:
     keys = claim.model_dump_json(exclude=_WORDS)
     if claim.experiment is not None:
         registry.load()
-        starts = [EXPERIMENTS[claim.experiment].module]
+        starts = [EXPERIMENTS[claim.experiment].run.__module__]
         if registry.__name__ in imported(starts):  # it solves scenes, by whatever method is found
             starts += [maker.__module__ for makers in registry.SOLVERS.values() for maker in makers]
     else:

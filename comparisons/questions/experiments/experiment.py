@@ -130,11 +130,6 @@ class Experiment:
         """The keyword of the varied value; a claim may choose another one by its `along`."""
         return self.varied or next(iter(self.defaults), "")
 
-    @property
-    def module(self) -> str:
-        """The module that defines it."""
-        return self.run.__module__
-
     @cached_property
     def defaults(self) -> Mapping[str, Any]:
         """What the function gets for parameters that are not given."""
