@@ -89,8 +89,8 @@ def overrides_of(
     return overrides
 
 
-# The other exit code: a solve is lost, a verdict or a result differs from what was expected.
-FAILED = 1
+# Exit codes. FAILED: a solve is lost, a verdict or a result differs from what was expected.
+FINE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 3
 DEFAULT_FOLDER = Path("roughline-results")
 
 MaybeWhole = Annotated[int | None, Parameter(converter=_count)]
