@@ -30,23 +30,24 @@ SAME = 1e-9  # relative differences between load steps that mean nothing
 WORST_FIRST = (OUTSIDE, NO_RESULT, NOT_RESOLVED, WITHIN)
 
 
-def severity(word: str, low: float, high: float, error: float = 0.0) -> tuple[int, float, float]:
+def severity(verdict: Judgement) -> tuple[int, float, float]:
     """Return what sorts verdicts, the worst first.
 
     Outside before no result before not resolved before within. Among equal words the one that is
     furthest out: by `low` (the largest |e| - u) where it is outside, else by `high` (the largest
     |e| + u), an unknown one being the largest; then the largest |e|.
 
-    >>> sorted([("within", 0.1, 0.3), ("outside", 1.0, 9.0), ("outside", 2.0, 3.0)],
-    ...        key=lambda verdict: severity(*verdict))
-    [('outside', 2.0, 3.0), ('outside', 1.0, 9.0), ('within', 0.1, 0.3)]
+    >>> several = [("within", 0.1, 0.3), ("outside", 1.0, 9.0), ("outside", 2.0, 3.0)]
+    >>> verdicts = [Judgement(word, low=low, high=high) for word, low, high in several]
+    >>> [verdict.low for verdict in sorted(verdicts, key=severity)]
+    [2.0, 1.0, 0.1]
     """
-    size = low if word == OUTSIDE else high
-    unknown = -np.inf if word == OUTSIDE else np.inf
+    outside = verdict.word == OUTSIDE
+    size, unknown = (verdict.low, -np.inf) if outside else (verdict.high, np.inf)
     return (
-        WORST_FIRST.index(word),
+        WORST_FIRST.index(verdict.word),
         -(size if np.isfinite(size) else unknown),
-        -(abs(error) if np.isfinite(error) else 0.0),
+        -(abs(verdict.error) if np.isfinite(verdict.error) else 0.0),
     )
 
 
@@ -180,10 +181,7 @@ def worst(items: Iterable[Verdict], *, asked: bool = False) -> Verdict:
     several = list(items)
     counted = [verdict for verdict in several if verdict.counts]
     offered = [] if asked else [verdict for verdict in counted if verdict.offered]
-    return min(
-        offered or counted or several,
-        key=lambda item: severity(item.word, item.low, item.high, item.error),
-    )
+    return min(offered or counted or several, key=severity)
 
 
 def judged(error: ArrayLike, uncertainty: ArrayLike, tolerance: float) -> Judgement:

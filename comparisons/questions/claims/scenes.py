@@ -103,12 +103,7 @@ def _nothing(value: float | None, solved: Solved, seconds: float) -> Measurement
 
 def _deciding(measured: list[Measured], tolerance: float) -> Measured:
     """Return the decisive quantity, as for verdicts on scenes."""
-
-    def rank(measured: Measured) -> tuple[int, float, float]:
-        decided = judged(measured[0], measured[1], tolerance)
-        return severity(decided.word, decided.low, decided.high)
-
-    return min(measured, key=rank)
+    return min(measured, key=lambda found: severity(judged(found[0], found[1], tolerance)))
 
 
 def _is_decided(claim: Claim, measured: Measurement) -> bool:

@@ -91,7 +91,7 @@ class Judged:
     @property
     def worst(self) -> str:
         """The quantity that decides."""
-        return min(self.verdicts, key=lambda name: _severity(self.verdicts[name]))
+        return min(self.verdicts, key=lambda name: severity(self.verdicts[name]))
 
     def lost(self, name: str) -> list[int]:
         """Return the loads, counted from one, at which an entry gives no value of a quantity."""
@@ -176,12 +176,8 @@ def boards_of(folder: Path) -> tuple[list[Board], list[str]]:
     return boards, refused
 
 
-def _severity(verdict: Judgement) -> tuple[float, ...]:
-    return severity(verdict.word, verdict.low, verdict.high, verdict.error)
-
-
 def _rank(entry: Judged) -> tuple[object, ...]:
     error = entry.error if np.isfinite(entry.error) else np.inf
     seconds = np.inf if entry.entry.seconds is None else entry.entry.seconds
-    order = -_severity(entry.verdicts[entry.worst])[0]
+    order = -severity(entry.verdicts[entry.worst])[0]
     return order, error, seconds, entry.entry.solver, entry.entry.digest
