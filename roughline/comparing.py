@@ -18,7 +18,7 @@ from comparisons.results.record import SceneRecord, asked_in_vain
 from comparisons.results.scene_record import record_scene
 from comparisons.results.store import curves, measures
 from comparisons.solving.plan import Effort
-from comparisons.solving.planning import Source, plan_scene, refuse_unsolvable
+from comparisons.solving.planning import Source, plan_scene, unsolvable
 from reports.tables.judged import methods_table
 from reports.tables.scene import lost_solves
 from roughline import notebook
@@ -235,7 +235,8 @@ def compare(
     choices = {"tolerance": tolerance, "quantities": quantities, "resolutions": resolutions}
     effort: Effort = "full" if full else "quick"
     plans = plan_scene(scene_of(scene, methods, **choices), effort)
-    refuse_unsolvable(plans)
+    if problems := unsolvable(plans):
+        raise InputError("\n".join(problems))
     comparison = None
     for plan in reversed(plans):
         comparison = Comparison(record_scene(*solved_in_memory(plan, effort)), comparison)

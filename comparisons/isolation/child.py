@@ -61,7 +61,8 @@ def _answer(folder: Path) -> None:
         if memory is not None and sys.platform != "win32":
             import resource
 
-            limit, (_, hard) = address_space(memory), resource.getrlimit(resource.RLIMIT_AS)
+            limit = int(4 * memory + _LIBRARIES)
+            _, hard = resource.getrlimit(resource.RLIMIT_AS)
             if hard == resource.RLIM_INFINITY or limit < hard:
                 resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
         module, _, name = work.rpartition(":")
@@ -123,11 +124,6 @@ def versions(packages: list[str]) -> dict[str, str]:
         except metadata.PackageNotFoundError:
             found[name] = ""
     return found
-
-
-def address_space(memory: float) -> int:
-    """Return the limit of address space in bytes for a limit of memory."""
-    return int(4 * memory + _LIBRARIES)
 
 
 def _listen(pipe: int, calls: SimpleQueue[bytes]) -> None:

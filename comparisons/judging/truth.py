@@ -199,37 +199,26 @@ class Truth:
         self,
         quantities: tuple[str, ...],
         tolerance: float = 0.0,
-        titles: Mapping[str, str] | None = None,
-    ) -> tuple[str, ...]:
-        """Return a sentence for each quantity in which a check differs by more than the bars.
-
-        Only differences beyond `MATTERS` of the tolerance: others change no verdict. `titles` are
-        what methods are called on this scene, if not by their own.
-        """
-        told = (quantities, MATTERS * tolerance, titles or {})
-        return tuple(text for check in self.checks for text in self.disagrees(check, *told))
-
-    def disagrees(
-        self,
-        second: Truth,
-        quantities: tuple[str, ...],
-        least: float = 0.0,
         titles: Mapping[str, str] = MappingProxyType({}),
     ) -> tuple[str, ...]:
-        """Return a sentence for each quantity in which another truth differs beyond both bars.
+        """Return a sentence for each quantity in which a check differs by more than both bars.
 
         Over the load steps the rms of the difference must stay below the rms of the combined bars,
         and no single step may exceed twice its own: of hundreds of 95 % bars some are missed by
-        chance. Curves at the prescribed load are compared; an unknown bar cannot be exceeded.
+        chance. Curves at the prescribed load are compared; an unknown bar cannot be exceeded. Only
+        differences beyond `MATTERS` of the tolerance: others change no verdict. `titles` are what
+        methods are called on this scene, if not by their own.
         """
-        both = " and ".join(
-            titles.get(name) or METHODS[name].title for name in (second.method, self.method)
-        )
-        return tuple(
-            f"{both} differ in {quantity(name).label} by {excess}."
-            for name, difference, excess in self._differing(second, quantities)
-            if np.nanmax(difference) > least
-        )
+        sentences: list[str] = []
+        for check in self.checks:
+            pair = check.method, self.method
+            both = " and ".join(titles.get(name) or METHODS[name].title for name in pair)
+            sentences += [
+                f"{both} differ in {quantity(name).label} by {excess}."
+                for name, difference, excess in self._differing(check, quantities)
+                if np.nanmax(difference) > MATTERS * tolerance
+            ]
+        return tuple(sentences)
 
     def disputed(self, name: str) -> np.ndarray:
         """Return by how much the checks differ in a quantity beyond the bars, (k,).

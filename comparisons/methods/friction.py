@@ -15,7 +15,7 @@ import numpy as np
 
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
 from comparisons.methods.fem.indenter import LARGEST_POISSON, FemSolver
-from comparisons.methods.normal.bem_fft import HalfSpaceGrid, loosened
+from comparisons.methods.normal.bem_fft import HalfSpaceGrid
 from comparisons.methods.normal.closed_form import FormSolver
 from comparisons.methods.normal.grid import Grid, cells, make_grid
 from comparisons.methods.normal.reduced import ProfileSolver, line_picture
@@ -249,7 +249,9 @@ class FrictionalGrid(HalfSpaceGrid):
         super().__init__(scene)
         friction = needed(scene.friction, NO_TABLE)
         self.friction = friction.coefficient
-        self.tolerance = loosened(scene, self.least_tolerance)
+        options, self.tolerance = scene.methods.bem_fft, self.least_tolerance
+        if options.changes.get("tolerance", 0.0) > self.tolerance:  # a tighter one is not read
+            self.tolerance = options.tolerance
         self.coupled = friction.coupling == "full" and scene.poisson_ratio < 0.5
         both = "normal and tangential tractions coupled"
         coupling = both if self.coupled else "pressure uncoupled from them"

@@ -11,7 +11,7 @@ import resource
 import statistics
 import time
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import psutil
@@ -29,13 +29,12 @@ class Peer(Protocol):
         """Solve one load from an initial pressure; `depth` is a rough guess of the penetration."""
 
 
-class PeerAnswer:
+class PeerAnswer(NamedTuple):
     """A pressure with the peer's number of iterations (0: unknown), or a reason for failure."""
 
-    def __init__(self, pressure: np.ndarray | None, iterations: int = 0, reason: str = "") -> None:
-        self.pressure = pressure
-        self.iterations = iterations
-        self.reason = reason
+    pressure: np.ndarray | None
+    iterations: int = 0
+    reason: str = ""
 
 
 def drive(problem: Problem, make: Callable[[Problem], Peer]) -> dict[str, Any]:

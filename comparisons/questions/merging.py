@@ -159,11 +159,6 @@ def merge_ensembles(directories: Iterable[Path], out: Path, command: str = "") -
     return merged
 
 
-def are_ensembles(directories: Iterable[Path]) -> bool:
-    """Return whether any of the folders holds an ensemble."""
-    return any((directory / RECORD).exists() for directory in directories)
-
-
 def _parts(runs: Iterable[StudyRecord | EnsembleRecord]) -> Iterator[Run]:
     """Yield the runs; one that was merged before is told as those that it was merged from."""
     for run in runs:

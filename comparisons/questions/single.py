@@ -25,12 +25,12 @@ from comparisons.judging.uncertainty import standard_error
 from comparisons.methods.normal.proved import enclosures_asked_for
 from comparisons.results.store import vtu_file
 from comparisons.scene.scene import Scene, load_scene
-from comparisons.solving.inquiries import solve_blocks
+from comparisons.solving.execution import execute
 from comparisons.solving.plan import Plan, task_of
 from comparisons.solving.planning import plan_scene, single_resolution
 from comparisons.tasks.distributions import edges
 from comparisons.tasks.shown_loads import at_step, stored_steps
-from comparisons.tasks.solution import Solution
+from comparisons.tasks.solution import REALISATIONS, Solution
 from reference.contact import pieces
 
 
@@ -232,5 +232,5 @@ def solve_scene(
         for block in blocks
     ]
     with pieces.threads(threads):
-        solution = solve_blocks(tasks)
+        solution = Solution.concat([execute(task) for task in tasks], axis=REALISATIONS)
     return SingleResult(plan, method, chosen, solution)

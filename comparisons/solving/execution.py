@@ -164,11 +164,6 @@ def kind_of(task: Task) -> tuple[object, ...]:
     return (task.method, *kind, tuple(sorted(task.scene.physics)), task.options.changed())
 
 
-def is_compiled(task: Task) -> bool:
-    """Tell whether this process has the code that a task needs."""
-    return kind_of(task) in _compiled
-
-
 def warm_up(solver: Solver[Any], task: Task) -> float:
     """Compile once per process and kind of scene; return how long it took the first time."""
     key = kind_of(task)
@@ -225,7 +220,7 @@ def compile_apart(task: Task) -> float:
 
     from reference.contact import descent
 
-    if METHODS[task.method].isolated or is_compiled(task):
+    if METHODS[task.method].isolated or kind_of(task) in _compiled:
         return 0.0
     try:
         # Where Numba keeps the code of the half-space: marks go when the cache goes.

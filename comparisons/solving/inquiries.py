@@ -263,8 +263,3 @@ def value_of(done: Done) -> Any:
     if done.lost:
         raise LostWorkError(done.lost)
     return done.value
-
-
-def solve_blocks(tasks: Sequence[Task]) -> Solution:
-    """Solve the blocks of realisations of one method at one resolution as one solution."""
-    return Solution.concat([execute(task) for task in tasks], axis=REALISATIONS)

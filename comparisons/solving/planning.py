@@ -315,7 +315,7 @@ def plan_all(
         f"{name}: expected different names, two scenes have this one"
         for name in sorted({n for n in names if names.count(n) > 1})
     ]
-    problems += _unsolvable(plans)
+    problems += unsolvable(plans)
     if problems:
         raise InputError("\n".join(dict.fromkeys(problems)))
     return plans
@@ -329,13 +329,7 @@ def with_brought(scene: Scene, brought: Sequence[str]) -> Scene:
     return load_scene(scene, {"compare.methods": [*named, *brought]})
 
 
-def refuse_unsolvable(plans: Sequence[Plan]) -> None:
-    """Raise InputError for scenes that no method can do, with the reason of every method."""
-    if problems := _unsolvable(plans):
-        raise InputError("\n".join(problems))
-
-
-def _unsolvable(plans: Sequence[Plan]) -> list[str]:
+def unsolvable(plans: Sequence[Plan]) -> list[str]:
     """Name the scenes for which no method plans anything, methods with the same reason together.
 
     Where [compare] methods or --methods leave a scene none, that is told only if they leave every

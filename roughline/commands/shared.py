@@ -251,8 +251,9 @@ def merge(
     verbose
         Print the verdict on every quantity, and the advice for each scene.
     """
-    from comparisons.questions.merging import are_ensembles, merge_ensembles
     from comparisons.questions.merging import merge as merged
+    from comparisons.questions.merging import merge_ensembles
+    from comparisons.results.ensemble_folder import RECORD
     from comparisons.results.folder import held
     from comparisons.results.store import load_study
     from reports.pages.study import write_report
@@ -260,7 +261,7 @@ def merge(
 
     method_files.load()
     command = shlex.join(["roughline", *sys.argv[1:]])
-    if are_ensembles(runs):
+    if any((run / RECORD).exists() for run in runs):
         ensemble = merge_ensembles(runs, out, command)
         terminal.print_ensemble(ensemble, out)
         return FAILED if ensemble.record.missing else FINE

@@ -142,9 +142,3 @@ class BemFft(HalfSpaceGrid):
             yield from sweep(operator, gap, load, tolerance=self.tolerance)
 
         return as_far_as_possible(task, operator, gap, run)
-
-
-def loosened(scene: Scene, least: float) -> float:
-    """Return the tolerance of solvers to whom one below the least is the least: it is not read."""
-    options = scene.methods.bem_fft
-    return options.tolerance if options.changes.get("tolerance", 0.0) > least else least

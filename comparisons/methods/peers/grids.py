@@ -31,7 +31,7 @@ class PeerSolver(Solver[Geometry]):
     tolerance changed until it is within the option `tolerance` (`comparisons.peers.client`).
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, options: PeerOptions) -> None:
         super().__init__(scene)
         if scene.indenter is not None and scene.indenter.flat:
             raise Refused("sharp edges inside cells are not supported")
@@ -40,7 +40,6 @@ class PeerSolver(Solver[Geometry]):
             raise Refused("no mean-gap control on a free half-space: use bem_fft")
         if not client.installed(self.name):  # last: installing helps only who can do the scene
             raise Refused("not installed: pip install 'roughline[peers]'", missing=True)
-        options: PeerOptions = getattr(scene.methods, self.name)
         self.tolerance, self.seconds = options.tolerance, options.seconds
         self.note = f"{client.versions(self.name)}, in its own process"
 
@@ -91,6 +90,9 @@ class Tamaas(PeerSolver):
 
     name = "tamaas"
 
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene, scene.methods.tamaas)
+
     def model(self, geometry: Geometry) -> str:
         """Name the solver, and what is searched for."""
         searches = self.scene.loading.control == "penetration" and not self.periodic
@@ -102,3 +104,6 @@ class ContactMechanics(PeerSolver):
     """ContactMechanics (Pastewka and others, github.com/ContactEngineering)."""
 
     name = "contactmechanics"
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene, scene.methods.contactmechanics)

@@ -199,14 +199,6 @@ def slip_of_surface(
     return last.tangential_displacement
 
 
-def slip_of_lines(surface: Surface, load: float, share: float, count: int) -> np.ndarray:
-    """Return the tangential displacements of lines with the same spectrum."""
-    friction = Friction(_MODULUS, _FRICTION)
-    path = LoadPath("tangential_force", share * _FRICTION * load)
-    answer = slide_lines(surface.lines(count, 4).draw(), 1.0, friction, Load("force", load), path)
-    return answer.tangential_displacement[:, -1]
-
-
 @experiment("rough-slip", "tangential force F_x/(mu F)")
 def rough_slip(
     effort: Effort,
@@ -233,7 +225,11 @@ def rough_slip(
         "lines": float(count),
         "bar: grid": grid_bar,
     }
-    return compare(slip_of_lines(surface, load, share, count), true, grid_bar, details)
+    # lines with the same spectrum
+    friction, lines = Friction(_MODULUS, _FRICTION), surface.lines(count, 4).draw()
+    path = LoadPath("tangential_force", share * _FRICTION * load)
+    stated = slide_lines(lines, 1.0, friction, Load("force", load), path)
+    return compare(stated.tangential_displacement[:, -1], true, grid_bar, details)
 
 
 # Springs over the first contact radius: what touches in the end is at most pi/2 as wide (a cone).
