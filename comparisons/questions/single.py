@@ -135,9 +135,9 @@ class SingleResult:
         needed = {"pressure", "pressure_x", "pressure_y"}
         if not needed <= fields.keys():
             return {}
-        return {k: self._pressure_of(own) for k, own in steps.items() if needed <= own.keys()}
+        return {k: self.whole_pressure(own) for k, own in steps.items() if needed <= own.keys()}
 
-    def _pressure_of(self, fields: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    def whole_pressure(self, fields: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """Return a pressure of the whole contact, of which symmetric meshes hold a part."""
         x, y, p = (fields[name] for name in ("pressure_x", "pressure_y", "pressure"))
         geometry = self.plan.geometry
