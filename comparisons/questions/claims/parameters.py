@@ -33,16 +33,13 @@ Choice = bool | float | str
 
 
 class Side(SceneTable):
-    """What is stated, or what is true: a scene that is solved, or a number that is known already.
+    """What is stated or true: a scene that is solved, or a number that is known already."""
 
-    scene, changes: where they differ from the claim's own.
-    method: of the true side; by default the best reference there is.
-    number, unit, source: in place of a scene; uncertainty: half of its last digit, in its unit.
-    """
-
+    # Where they differ from the claim's own.
     scene: Name | None = None
     changes: dict[str, Any] = Field(default_factory=dict)
-    method: KnownMethod | None = None
+    method: KnownMethod | None = None  # of the true side; by default the best reference there is
+    # In place of a scene; the uncertainty is half of its last digit, in its unit.
     number: Finite | None = None
     unit: Annotated[str, Field(max_length=40)] = ""
     uncertainty: Annotated[Finite, Field(ge=0)] = 0.0
@@ -92,20 +89,16 @@ class Side(SceneTable):
 
 
 class Span(SceneTable):
-    """A parameter between two ends.
-
-    spacing: the scale of grids, draws and bisections.
-    unit: factor between the number and the value in the scene ("10 mm").
-    integer: whole numbers only (points, terms, springs).
-    bisections: number of bisections of an interval with a boundary at full effort; half as many
-    at quick effort.
-    """
+    """A parameter between two ends."""
 
     path: Annotated[tuple[Name, ...], BeforeValidator(_listed)] = ()
     name: Annotated[str, Field(max_length=100)] = ""
-    spacing: Literal["linear", "log"] = "linear"
+    spacing: Literal["linear", "log"] = "linear"  # the scale of grids, draws and bisections
+    # Factor between the number and the value in the scene ("10 mm").
     unit: Annotated[str, Field(max_length=40)] = ""
-    integer: StrictBool = False
+    integer: StrictBool = False  # whole numbers only (points, terms, springs)
+    # Number of bisections of an interval with a boundary at full effort; half as many at quick
+    # effort.
     bisections: Annotated[int, Field(strict=True, ge=0, le=MOST_BISECTIONS)] = 6
 
     @field_validator("unit")
@@ -153,12 +146,10 @@ def _check_ends(start: float, end: float, spacing: str) -> None:
 
 
 class Premise(SceneTable):
-    """A condition of the statement that ends at a value of the claim's own parameter.
-
-    condition: in words, as "the real area is far below the apparent one".
-    """
+    """A condition of the statement that ends at a value of the claim's own parameter."""
 
     to: Finite
+    # In words, as "the real area is far below the apparent one".
     condition: Annotated[str, Field(min_length=1, max_length=200)]
 
 
@@ -182,24 +173,18 @@ class Vary(Span, populate_by_name=True):
 
 
 class Nuisance(Span, populate_by_name=True):
-    """A parameter that the statement leaves open, with the range that it plainly covers.
+    """A parameter that the statement leaves open, with the range that it plainly covers."""
 
-    path: keys of the scene, or a keyword of the experiment.
-    stated: the value at which the claim is measured along its own parameter.
-    start, end: the range, or `values`: the choices (readings, kinds of boundary); `stated` is one
-    of them.
-    labels: the choices in words, in the order of `values`.
-    reason: what of the statement covers the range, or leaves the choice open.
-    """
-
-    path: Names
+    path: Names  # keys of the scene, or a keyword of the experiment
     name: Prose
-    stated: Choice
+    stated: Choice  # the value at which the claim is measured along its own parameter
+    # The range, or `values`, the choices (readings, kinds of boundary); `stated` is one
+    # of them.
     start: Annotated[Finite | None, Field(alias="from")] = None
     end: Annotated[Finite | None, Field(alias="to")] = None
     values: tuple[Choice, ...] = ()
-    labels: tuple[Name, ...] = ()
-    reason: Prose
+    labels: tuple[Name, ...] = ()  # the choices in words, in the order of `values`
+    reason: Prose  # what of the statement covers the range, or leaves the choice open
     bisections: Annotated[int, Field(strict=True, ge=0, le=MOST_BISECTIONS)] = 3
 
     @model_validator(mode="after")

@@ -22,11 +22,7 @@ NOT_RUN = "not run"
 
 
 class PointRecord(Form):
-    """A measurement; None for missing numbers.
-
-    noun: what the error is called, as of `Measurement`.
-    setting: of a draw over the nuisance parameters, their values by name.
-    """
+    """A measurement; None for missing numbers."""
 
     parameter: float | None
     error: float | None
@@ -34,18 +30,16 @@ class PointRecord(Form):
     word: str
     details: dict[str, float | str | None]
     seconds: float
-    noun: str = "error"
+    noun: str = "error"  # what the error is called, as of `Measurement`
+    # Of a draw over the nuisance parameters, their values by name.
     setting: dict[str, str] = Field(default_factory=dict)
 
 
 class RangeRecord(Form):
-    """An interval of the parameter with all measured points within the tolerance.
+    """An interval of the parameter with all measured points within the tolerance."""
 
-    low, high: the outermost points within. below, above: the next measured points, which are not
-    within (None at the end of the tested range). The boundary lies between them, and their distance
-    is its resolution.
-    """
-
+    # The outermost points within, and the next measured points, which are not (None at the end of
+    # the tested range). The boundary lies between them, and their distance is its resolution.
     low: float
     high: float
     below: float | None
@@ -53,19 +47,14 @@ class RangeRecord(Form):
 
 
 class NuisanceRecord(Form):
-    """A claim along a parameter that its statement leaves open, the others as stated.
-
-    stated: the value along the claim's own parameter; of choices its place.
-    choices: labels of the values that are not numbers; points then count them from 0.
-    at: the value of the claim's own parameter.
-    """
+    """A claim along a parameter that its statement leaves open, the others as stated."""
 
     name: str
     reason: str
-    stated: float
+    stated: float  # the value along the claim's own parameter; of choices its place
     spacing: str
-    choices: list[str]
-    at: float | None
+    choices: list[str]  # labels of the values that are not numbers; points then count them from 0
+    at: float | None  # the value of the claim's own parameter
     points: list[PointRecord]
     ranges: list[RangeRecord]
 
@@ -79,22 +68,16 @@ class RowRecord(Form):
 
 
 class MapRecord(Form):
-    """A validity map: the claim's own parameter horizontally, the nuisance `up` vertically.
-
-    choices: as of the nuisance.
-    """
+    """A validity map: the claim's own parameter horizontally, the nuisance `up` vertically."""
 
     up: str
     spacing: str
-    choices: list[str]
+    choices: list[str]  # as of the nuisance
     rows: list[RowRecord]
 
 
 class ClaimRecord(Form):
-    """A claim with its verdict and the underlying measurements.
-
-    digest: of the code of a full run, as of `comparisons.questions.claims.runner`.
-    """
+    """A claim with its verdict and the underlying measurements."""
 
     id: str
     text: str
@@ -126,7 +109,7 @@ class ClaimRecord(Form):
     command: str
     seconds: float
     effort: str
-    digest: str = ""
+    digest: str = ""  # of the code of a full run, as of `comparisons.questions.claims.runner`
 
     @property
     def voice(self) -> str:

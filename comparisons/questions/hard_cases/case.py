@@ -65,26 +65,22 @@ MapName = Annotated[str, AfterValidator(_npy)]
 
 
 class Expected(SceneTable):
-    """Expected outcome of a method in a case, by exactly one of the first four keys.
+    """Expected outcome of a method in a case, by exactly one of the first four keys."""
 
-    accurate, degraded: largest relative error over the load steps, first of the main quantity (the
-    force at equal penetration, the penetration at equal force, or the first compared quantity for
-    other physics), then of the contact area, both including the bar of the reference. An omitted
-    error is not bounded, for lack of a reference.
-    refused: no number, for a reason that contains this text.
-    not_for: the method is not intended for such a scene, for a reason that contains this text.
-    lost: the load steps without an answer, counted from 0.
-    text: part of the reason of the lost steps.
-    why: reason for a degraded outcome.
-    """
-
+    # Largest relative error over the load steps, first of the main quantity
+    # (the force at equal penetration, the penetration at equal force, or the first compared
+    # quantity for other physics), then of the contact area, both including the bar of the
+    # reference. An omitted error is not bounded, for lack of a reference.
     accurate: Bounds = ()
     degraded: Bounds = ()
+    # No number, for a reason that contains this text.
     refused: Annotated[str, Field(max_length=500)] = ""
+    # The method is not intended for such a scene, for a reason that contains this text.
     not_for: Annotated[str, Field(max_length=500)] = ""
+    # The load steps without an answer, counted from 0.
     lost: tuple[Annotated[int, Field(strict=True, ge=0)], ...] = ()
-    text: Annotated[str, Field(max_length=500)] = ""
-    why: Annotated[str, Field(max_length=500)] = ""
+    text: Annotated[str, Field(max_length=500)] = ""  # part of the reason of the lost steps
+    why: Annotated[str, Field(max_length=500)] = ""  # reason for a degraded outcome
 
     @model_validator(mode="after")
     def _one_outcome(self) -> Expected:
@@ -227,20 +223,16 @@ def _at(scene: Scene, path: str) -> Any:
 
 
 class Truth(SceneTable):
-    """The reference: a method at several resolutions, or a formula.
+    """The reference: a method at several resolutions, or a formula."""
 
-    method, resolutions: the answer at the finest resolution counts; the differences between
-    resolutions give its bar. With a single resolution the bar covers the solver, not the grid.
-    scene: keys, by path, in which the scene of the reference differs from that of the case.
-    formula: the answer, exact up to round-off;
-    source: its origin.
-    """
-
+    # The answer at the finest resolution counts; the differences between
+    # resolutions give its bar. With a single resolution the bar covers the solver, not the grid.
     method: Judged = "closed_form"
     resolutions: Annotated[tuple[Count, ...], Field(min_length=1)] = (1,)
+    # Keys, by path, in which the scene of the reference differs from that of the case.
     scene: dict[str, Any] = Field(default={})
-    formula: Formula | None = None
-    source: Annotated[str, Field(max_length=500)] = ""
+    formula: Formula | None = None  # the answer, exact up to round-off
+    source: Annotated[str, Field(max_length=500)] = ""  # its origin
 
     @model_validator(mode="after")
     def _solved_or_known(self) -> Truth:
@@ -253,28 +245,22 @@ class Truth(SceneTable):
 
 
 class HardCase(SceneTable):
-    """One entry of the catalogue.
+    """One entry of the catalogue."""
 
-    id, title: a slug and a heading.
-    hard: the difficulty, in one sentence.
-    scene: keys of the scene, by path; its name is the id.
-    maps: files named in the scene, with recipes of their heights.
-    truth: the reference, by default the scene's closed form.
-    only: reason for not running methods without an expectation; absent if all are run.
-    expected: outcomes by method, for all methods unless `only` is given.
-    resolutions: by method; by default those of ``roughline solve``.
-    slow: methods run by ``--full`` only: finite elements take seconds, others milliseconds.
-    """
-
-    id: Annotated[str, Field(max_length=60)]
+    id: Annotated[str, Field(max_length=60)]  # a slug
     title: Text
-    hard: Text
+    hard: Text  # the difficulty, in one sentence
+    # Keys of the scene, by path; its name is the id.
     scene: Annotated[dict[str, Any], Field(min_length=1)]
+    # Files named in the scene, with recipes of their heights.
     maps: dict[MapName, Recipe] = Field(default={})
-    truth: Truth = Truth()
+    truth: Truth = Truth()  # the reference, by default the scene's closed form
+    # Reason for not running methods without an expectation; absent if all are run.
     only: Annotated[str, Field(max_length=500)] = ""
-    expected: dict[Judged, Expected]
+    expected: dict[Judged, Expected]  # outcomes by method, for all methods unless `only` is given
+    # By method; by default those of ``roughline solve``.
     resolutions: dict[Judged, Count] = Field(default={})
+    # Methods run by ``--full`` only: finite elements take seconds, others milliseconds.
     slow: frozenset[Judged] = frozenset({"fem", "mca"})
 
     @field_validator("id")
@@ -349,36 +335,27 @@ class Point(SceneTable):
 
 
 class Recipe(SceneTable, populate_by_name=True):
-    """Recipe of a square map: made by one of the first five keys, then modified in this order.
+    """Recipe of a square map: made by one of the first five keys, then modified in this order."""
 
-    from: another map of the case, which has no `from` itself; else points and side of the map and
-    self_affine: a rough surface;
-    paraboloid: radius of a tip in the middle, symmetric to the last digit;
-    checkerboard: amplitude of alternating heights;
-    level: height of all points, in metres.
-    factor: factor of the heights.
-    noise: relative standard deviation of normal errors, drawn with the seed.
-    undefined: approximate fraction of points without height (NaN), drawn with the seed.
-    point: a height to be replaced.
-    step: quantisation of the heights.
-    cut: upper limit of heights, in metres.
-    precision: data type of the stored heights.
-    """
-
+    # Another map of the case, which has no `from` itself; else points and side of the
+    # map, and one of the four that follow.
     start: Annotated[str, Field(alias="from")] = ""
     points: Annotated[int, Field(strict=True, ge=2, le=4096)] = 0
     side: Length = 0.0
-    self_affine: SelfAffine | None = None
-    paraboloid: Length | None = None
-    checkerboard: Length | None = None
-    level: float | None = None
-    factor: Positive | None = None
+    self_affine: SelfAffine | None = None  # a rough surface
+    paraboloid: Length | None = None  # radius of a tip in the middle, symmetric to the last digit
+    checkerboard: Length | None = None  # amplitude of alternating heights
+    level: float | None = None  # height of all points, in metres
+    factor: Positive | None = None  # factor of the heights
     seed: Seed = 0
+    # Relative standard deviation of normal errors, drawn with the seed.
     noise: Positive | None = None
+    # Approximate fraction of points without height (NaN), drawn with the seed.
     undefined: Annotated[Positive, Field(le=1)] | None = None
-    point: Point | None = None
-    step: Length | None = None
-    cut: float | None = None
+    point: Point | None = None  # a height to be replaced
+    step: Length | None = None  # quantisation of the heights
+    cut: float | None = None  # upper limit of heights, in metres
+    # Data type of the stored heights.
     precision: Literal["float64", "float32", "float16"] = "float64"
 
     @model_validator(mode="after")

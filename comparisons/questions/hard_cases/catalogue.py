@@ -34,17 +34,13 @@ class HardCaseError(InputError):
 
 
 class Family(SceneTable):
-    """A file of hard cases.
+    """A file of hard cases."""
 
-    order: position of its cases relative to other files; by default last.
-    like: the default baseline of its cases.
-    baselines: common keys of cases, by name; available to all files.
-    cases: the keys of a `HardCase` by its id, and `like`: the baseline that they override.
-    """
-
-    order: float = math.inf
-    like: str = ""
+    order: float = math.inf  # position of its cases relative to other files; by default last
+    like: str = ""  # the default baseline of its cases
+    # Common keys of cases, by name; available to all files.
     baselines: dict[str, dict[str, Any]] = Field(default={})
+    # The keys of a `HardCase` by its id, and `like`: the baseline that they override.
     cases: dict[str, dict[str, Any]] = Field(default={})
 
 
