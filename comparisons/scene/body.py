@@ -46,23 +46,20 @@ Support = Annotated[str, BeforeValidator(_support)]
 
 
 class Body(SceneTable):
-    """A mesh from a file: what presses on it where, and what holds it.
-
-    length_unit: of the coordinates in the file, which itself does not know.
-    contact_surface: named faces that the indenter may touch.
-    supports: name -> "fixed", "roller" (no displacement along the normal) or held directions.
-    direction: where the indenter moves, in the coordinates of the file.
-    position: of the indenter's axis, in the two other coordinates (alphabetical); default: the
-    centre of the contact surface.
-    symmetric_parts: of how many equal parts the mesh is one; forces and areas are those of all.
-    """
+    """A mesh from a file: what presses on it where, and what holds it."""
 
     file: Annotated[str, Field(min_length=1, max_length=4096)]
+    # Of the coordinates in the file, which itself does not know.
     length_unit: Annotated[str, BeforeValidator(_length_unit)]
-    contact_surface: Name
+    contact_surface: Name  # named faces that the indenter may touch
+    # Name -> "fixed", "roller" (no displacement along the normal) or held directions.
     supports: Annotated[dict[Name, Support], BeforeValidator(_supports)]
+    # Where the indenter moves, in the coordinates of the file.
     direction: Literal["+x", "-x", "+y", "-y", "+z", "-z"] = "-z"
+    # Of the indenter's axis, in the two other coordinates (alphabetical); default: the centre of
+    # the contact surface.
     position: tuple[FiniteLength, FiniteLength] | None = None
+    # Of how many equal parts the mesh is one; forces and areas are those of all.
     symmetric_parts: Annotated[int, Field(strict=True, ge=1, le=1000)] = 1
 
     @property

@@ -58,20 +58,15 @@ class Grading(SceneTable):
 
 
 class HalfSpace(SceneTable):
-    """Elastic half-space: E and nu, or G and nu, or E* alone.
-
-    layers: on top of it, from the surface down, bonded.
-    thickness: of a layer on a rigid base in place of the half-space, bonded.
-    grading: the modulus as a power of the depth.
-    """
+    """Elastic half-space: E and nu, or G and nu, or E* alone."""
 
     youngs_modulus: Modulus | None = None
     shear_modulus: Modulus | None = None
     effective_modulus: Modulus | None = None
     poisson_ratio: Annotated[float | None, BeforeValidator(_poisson)] = None
-    layers: tuple[Layer, ...] = ()
-    thickness: Length | None = None
-    grading: Grading | None = None
+    layers: tuple[Layer, ...] = ()  # on top of it, from the surface down, bonded
+    thickness: Length | None = None  # of a layer on a rigid base in place of the half-space, bonded
+    grading: Grading | None = None  # the modulus as a power of the depth
 
     @model_validator(mode="after")
     def _one_way(self, info: ValidationInfo) -> HalfSpace:

@@ -65,22 +65,21 @@ def ranged(dimension: Dimension, order: Order | None = None) -> Any:
 
 class Loading(SceneTable):
     """Exactly one of penetration, force, pressure, mean_gap; beside it a tangential path, or times.
-
-    pressure: the nominal one, force over the apparent area of a rough surface or a flat face.
-    tangential_force, tangential_displacement: an ordered path from zero, at the last normal load.
-    time: of each load; between them the load is linear. Before the first nothing touches.
-    squeeze_speed: at which lubricated bodies approach each other, far from the contact.
-    substeps: into how many equal steps each stretch of a path is divided.
     """
 
     penetration: Annotated[LoadRange | None, ranged(LENGTH)] = None
     force: Annotated[LoadRange | None, ranged(FORCE)] = None
+    # The nominal one, force over the apparent area of a rough surface or a flat face.
     pressure: Annotated[LoadRange | None, ranged(PRESSURE)] = None
     mean_gap: Annotated[LoadRange | None, ranged(LENGTH)] = None
+    # An ordered path from zero, at the last normal load.
     tangential_force: Annotated[LoadRange | None, ranged(FORCE, "path")] = None
     tangential_displacement: Annotated[LoadRange | None, ranged(LENGTH, "path")] = None
+    # Of each load; between them the load is linear. Before the first nothing touches.
     time: Annotated[LoadRange | None, ranged(TIME, "times")] = None
+    # At which lubricated bodies approach each other, far from the contact.
     squeeze_speed: Annotated[float | None, quantity(SPEED, kind="speed")] = None
+    # Into how many equal steps each stretch of a path is divided.
     substeps: Annotated[int, Field(strict=True, ge=1, le=1000)] = 1
 
     @model_validator(mode="after")

@@ -11,11 +11,7 @@ from comparisons.scene.units import LENGTH, SURFACE_ENERGY
 
 
 class Adhesion(PhysicsTable):
-    """Attraction of the surfaces.
-
-    work: of adhesion w per area, to part the surfaces for good.
-    range: of the attraction, the distance at which it ends; 0 is the limit of short range (JKR).
-    """
+    """Attraction of the surfaces."""
 
     key = "adhesion"
     place = 4
@@ -23,7 +19,9 @@ class Adhesion(PhysicsTable):
     remembers = True
     apart: ClassVar = {"sliding": "detachment at the edge of a sliding contact is not modelled"}
 
+    # Of adhesion w per area, to part the surfaces for good.
     work: Annotated[float, quantity(SURFACE_ENERGY, kind="work of adhesion")]
+    # Of the attraction, the distance at which it ends; 0 is the limit of short range (JKR).
     range: Annotated[float, quantity(LENGTH, sign="not negative", kind="length")] = 0.0
 
     @property

@@ -18,17 +18,14 @@ if TYPE_CHECKING:
 
 
 class Dynamics(PhysicsTable):
-    """A rigid mass that hits the surface.
-
-    mass: of the indenter.
-    velocity: towards the surface, at first touch; several are independent impacts.
-    """
+    """A rigid mass that hits the surface."""
 
     key = "dynamics"
     place = 5
     compared = ("restitution", "contact_duration", "penetration")
 
-    mass: Annotated[float, quantity(MASS, kind="mass")]
+    mass: Annotated[float, quantity(MASS, kind="mass")]  # of the indenter
+    # Towards the surface, at first touch; several are independent impacts.
     velocity: Annotated[LoadRange, ranged(SPEED, "loads")]
 
     @model_validator(mode="before")

@@ -12,11 +12,7 @@ from comparisons.scene.physics.tables.physics_table import PhysicsTable
 
 
 class Friction(PhysicsTable):
-    """Coulomb friction: a point slips where its shear stress reaches `coefficient` times p.
-
-    coupling: "full", or "none" between pressure and tangential displacement and back, which is what
-    the springs leave out; elements always have it, and then do not take part.
-    """
+    """Coulomb friction: a point slips where its shear stress reaches `coefficient` times p."""
 
     key = "friction"
     place = 1
@@ -30,6 +26,8 @@ class Friction(PhysicsTable):
     two_constants = "tangential contact needs two elastic constants"
 
     coefficient: Positive
+    # "full", or "none" between pressure and tangential displacement and back, which is what the
+    # springs leave out; elements always have it, and then do not take part.
     coupling: Literal["full", "none"] = "full"
 
     @classmethod

@@ -42,16 +42,7 @@ class Roughness(SceneTable):
 
 
 class Lubrication(PhysicsTable):
-    """A Newtonian film of constant viscosity between the bodies.
-
-    speed: of entrainment along x, the mean of both surfaces'; several are independent of each
-    other. Without it the bodies approach at [loading] squeeze_speed.
-    cavitation: "mass_conserving": the film ruptures and forms again, no oil is lost.
-    slide_to_roll: difference of the surfaces' speeds over their mean, for the friction; 2: the
-    indenter stands.
-    meniscus: distance before the middle where the oil begins; flooded by default.
-    waviness, roughness: heights on the ball, which then stands.
-    """
+    """A Newtonian film of constant viscosity between the bodies."""
 
     key = "lubrication"
     place = 6
@@ -67,10 +58,16 @@ class Lubrication(PhysicsTable):
     one_body = True
 
     viscosity: Annotated[float, quantity(VISCOSITY, kind="viscosity")]
+    # Of entrainment along x, the mean of both surfaces'; several are independent of each other.
+    # Without it the bodies approach at [loading] squeeze_speed.
     speed: Annotated[LoadRange | None, ranged(SPEED, "loads")] = None
+    # "mass_conserving": the film ruptures and forms again, no oil is lost.
     cavitation: Literal["mass_conserving"] = "mass_conserving"
+    # Difference of the surfaces' speeds over their mean, for the friction; 2: the indenter stands.
     slide_to_roll: Annotated[Finite, Field(ge=0)] = 2.0
+    # Distance before the middle where the oil begins; flooded by default.
     meniscus: Annotated[float | None, quantity(LENGTH, kind="length")] = None
+    # Heights on the ball, which then stands.
     waviness: Waviness | None = None
     roughness: Roughness | None = None
 

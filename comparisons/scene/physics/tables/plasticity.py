@@ -20,13 +20,6 @@ class Plasticity(PhysicsTable):
     """A half-space that yields (von Mises, isotropic hardening).
 
     Below a rigid indenter; below a rough surface its pressure is capped at 2.84 yield_stress.
-
-    yield_stress: Y in uniaxial tension.
-    hardening: slope of the flow stress over the plastic strain; 0: perfectly plastic.
-    hardening_exponent: n of the flow stress Y (1 + E p/Y)^n, in place of a slope.
-    model: how the reduced model reads "use the stress for the yield criterion": all of a spring's
-    deflection counts ("stress") or its elastic part ("elastic_root"); Zunker & Kamrin's springs;
-    or it stays elastic ("none").
     """
 
     key = "plasticity"
@@ -47,9 +40,14 @@ class Plasticity(PhysicsTable):
     }
     one_body = True
 
-    yield_stress: Annotated[float, quantity(PRESSURE, kind="yield stress")]
+    yield_stress: Annotated[float, quantity(PRESSURE, kind="yield stress")]  # Y in uniaxial tension
+    # Slope of the flow stress over the plastic strain; 0: perfectly plastic.
     hardening: Annotated[float, quantity(PRESSURE, sign="not negative", kind="slope")] = 0.0
+    # n of the flow stress Y (1 + E p/Y)^n, in place of a slope.
     hardening_exponent: Annotated[Finite, Field(ge=0, lt=1)] = 0.0
+    # How the reduced model reads "use the stress for the yield criterion": all of a spring's
+    # deflection counts ("stress") or its elastic part ("elastic_root"); Zunker & Kamrin's springs;
+    # or it stays elastic ("none").
     model: Literal["stress", "elastic_root", "zunker_kamrin", "none"] = "stress"
 
     @model_validator(mode="after")

@@ -19,15 +19,7 @@ SPIN = Dimension(length=-1)
 
 
 class Rolling(PhysicsTable):
-    """Steady rolling along x with each of the given creeps, independent of each other.
-
-    creep: the rigid slip of the roller over the half-space, as a fraction of the rolling speed, of
-    any sign; the force is that on the half-space and has the sign of the creep. Positive creep
-    points along +x, the way of the contact over the half-space: a roller that is braked.
-    lateral_creep: the same along y. One of both may be a list.
-    spin: rotation of the roller about z through its middle per distance rolled, of any sign; it
-    slips by spin x along y.
-    """
+    """Steady rolling along x with each of the given creeps, independent of each other."""
 
     key = "rolling"
     place = 0.5
@@ -40,8 +32,14 @@ class Rolling(PhysicsTable):
     }
     one_body = True
 
+    # The rigid slip of the roller over the half-space, as a fraction of the rolling speed, of any
+    # sign; the force is that on the half-space and has the sign of the creep. Positive creep points
+    # along +x, the way of the contact over the half-space: a roller that is braked.
     creep: Annotated[LoadRange, ranged(NUMBER, "path")]
+    # The same along y. One of both may be a list.
     lateral_creep: Annotated[LoadRange, ranged(NUMBER, "path")] = LoadRange(values=(0.0,))
+    # Rotation of the roller about z through its middle per distance rolled, of any sign; it slips
+    # by spin x along y.
     spin: Annotated[float, quantity(SPIN, sign="any")] = 0.0
 
     @field_validator("creep", "lateral_creep")

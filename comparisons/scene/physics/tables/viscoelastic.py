@@ -35,20 +35,17 @@ def _listed(dimension: Dimension, kind: str, sign: Sign = "positive") -> Any:
 
 
 class Viscoelastic(PhysicsTable):
-    """Shear relaxation of an isotropic body of constant Poisson ratio.
-
-    model: "kelvin_voigt" (spring G and dashpot eta side by side), "maxwell" (G and eta in a
-    row), "standard" (G0 beside a Maxwell element G1, eta1) or "prony" (G0 beside any number).
-    shear_moduli: [G], [G], [G0, G1], [G0, G1, ..., Gn]; G0 of a Prony series may be zero: a fluid.
-    viscosities or relaxation_times: one for each dashpot, tau = eta/G with the modulus of its own
-    element.
-    """
+    """Shear relaxation of an isotropic body of constant Poisson ratio."""
 
     key = "viscoelastic"
     place = 2
     one_body = True
+    # "kelvin_voigt" (spring G and dashpot eta side by side), "maxwell" (G and eta in a row),
+    # "standard" (G0 beside a Maxwell element G1, eta1) or "prony" (G0 beside any number).
     model: Literal["kelvin_voigt", "maxwell", "standard", "prony"]
+    # [G], [G], [G0, G1], [G0, G1, ..., Gn]; G0 of a Prony series may be zero: a fluid.
     shear_moduli: Annotated[tuple[float, ...], _listed(PRESSURE, "modulus", "not negative")]
+    # Either: one for each dashpot, tau = eta/G with the modulus of its own element.
     viscosities: Annotated[tuple[float, ...] | None, _listed(VISCOSITY, "viscosity")] = None
     relaxation_times: Annotated[tuple[float, ...] | None, _listed(TIME, "time")] = None
 

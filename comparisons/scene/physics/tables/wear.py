@@ -21,13 +21,7 @@ _WEAR_COEFFICIENT = Dimension(-1, 1, 2)
 
 
 class Wear(PhysicsTable):
-    """Archard's law: the rigid body loses k times pressure times slip, where it slips.
-
-    coefficient: k, volume lost per force and distance, 1/Pa.
-    sliding_distance: of steady sliding in which all of the contact slips.
-    amplitude, cycles: of a tangential oscillation, and how often; with [friction], which lets the
-    middle of the contact stick.
-    """
+    """Archard's law: the rigid body loses k times pressure times slip, where it slips."""
 
     key = "wear"
     place = 0.7
@@ -43,8 +37,12 @@ class Wear(PhysicsTable):
     }
     one_body = True
 
+    # k, volume lost per force and distance, 1/Pa.
     coefficient: Annotated[float, quantity(_WEAR_COEFFICIENT, kind="wear coefficient")]
+    # Of steady sliding in which all of the contact slips.
     sliding_distance: Annotated[LoadRange | None, ranged(LENGTH, "loads")] = None
+    # Of a tangential oscillation, and how often (`cycles`); with [friction], which lets the middle of
+    # the contact stick.
     amplitude: Annotated[float | None, quantity(LENGTH, kind="amplitude")] = None
     cycles: Annotated[LoadRange | None, ranged(NUMBER, "loads")] = None
 
