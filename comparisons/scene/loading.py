@@ -64,8 +64,7 @@ def ranged(dimension: Dimension, order: Order | None = None) -> Any:
 
 
 class Loading(SceneTable):
-    """Exactly one of penetration, force, pressure, mean_gap; beside it a tangential path, or times.
-    """
+    """One of penetration, force, pressure, mean_gap; beside it a tangential path, or times."""
 
     penetration: Annotated[LoadRange | None, ranged(LENGTH)] = None
     force: Annotated[LoadRange | None, ranged(FORCE)] = None

@@ -41,8 +41,7 @@ class Wear(PhysicsTable):
     coefficient: Annotated[float, quantity(_WEAR_COEFFICIENT, kind="wear coefficient")]
     # Of steady sliding in which all of the contact slips.
     sliding_distance: Annotated[LoadRange | None, ranged(LENGTH, "loads")] = None
-    # Of a tangential oscillation, and how often (`cycles`); with [friction], which lets the middle of
-    # the contact stick.
+    # Of a tangential oscillation, and how often; with [friction], which lets the middle stick.
     amplitude: Annotated[float | None, quantity(LENGTH, kind="amplitude")] = None
     cycles: Annotated[LoadRange | None, ranged(NUMBER, "loads")] = None
 
