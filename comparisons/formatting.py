@@ -161,6 +161,21 @@ def relative(value: object, digits: int = 2) -> str:
     return _join(text, unit)
 
 
+def relative_range(shares: Iterable[float]) -> str:
+    """Write the smallest and the largest of those shares that are known.
+
+    >>> relative_range([0.062, 0.57, math.nan]), relative_range([1e-5, 0.02]), relative_range([0.1])
+    ('6.2 to 57\u202f%', '10\u202fppm to 2.0\u202f%', '10\u202f%')
+    """
+    known = [share for share in shares if finite(share)]
+    if not known:
+        return MISSING
+    (least, small), (most, large) = (_relative_parts(end(known), 2) for end in (min, max))
+    if (least, small) == (most, large):
+        return _join(most, large)
+    return f"{least if small == large else _join(least, small)} to {_join(most, large)}"
+
+
 def signed_error(error: object) -> str:
     """Write a relative error with its sign.
 

@@ -19,6 +19,7 @@ from comparisons.facts.methods import GRID, INDEPENDENT, MODEL, growth
 from comparisons.facts.quantities import FIELDS
 from comparisons.formatting import relative
 from comparisons.judging.levels import Levels, allocate, variances, within_budget
+from comparisons.judging.metrics import rms_and_maximum
 from comparisons.judging.truth import choose_truth
 from comparisons.solving.jobs import Kind
 from comparisons.solving.plan import Effort, Plan, surface_cost
@@ -57,7 +58,7 @@ def refinements(
         truth = choose_truth(solutions, plan.loads.axis, plan.compared)
         if truth is None:
             return
-        if enough(plan, solutions) if enough else truth.known_to(main) <= target:
+        if enough(plan, solutions) if enough else rms_and_maximum(truth.bar(main))[0] <= target:
             return
         finer = 2 * truth.resolution
         expected = truth.solution.seconds * growth(truth.method)

@@ -11,7 +11,7 @@ import numpy as np
 from comparisons.facts.methods import CLOSED_FORM, METHODS, leading
 from comparisons.facts.quantities import main_axis, quantity
 from comparisons.facts.quantities.rows import ENCLOSED
-from comparisons.formatting import duration, relative
+from comparisons.formatting import duration, relative, relative_range
 from comparisons.judging.levels import Levels
 from comparisons.judging.metrics import at_equal, relative_error, rms_and_maximum
 from comparisons.judging.uncertainty import combined
@@ -151,36 +151,33 @@ class Truth:
         ratio = np.abs(1 + self.errors(judged.curves(resolution), name, at))
         return {key: part * np.where(np.isfinite(ratio), ratio, 1.0) for key, part in parts.items()}
 
-    def known_to(self, name: str) -> float:
-        """Return how well a quantity is known: the rms over the loads of its bar; NaN: unknown."""
-        return rms_and_maximum(self.bar(name))[0] if self.knows(name) else float("nan")
-
-    def known_from(self, name: str) -> dict[str, float]:
-        """Return the rms over the loads of each source of a quantity's bar."""
+    def known_from(self, name: str) -> dict[str, list[float]]:
+        """Return each source of the bar of a quantity at each load, where it is judged."""
         if not self.knows(name):
             return {}
         parts = self.bar_sources(name, main_axis(self.axis, name))
-        return {source: rms_and_maximum(part)[0] for source, part in parts.items()}
+        every = np.ones(len(self.curves[name]))
+        return {source: (part * every).tolist() for source, part in parts.items()}
 
     def sentence(self, quantities: tuple[str, ...]) -> str:
         """Return which solution is the truth, and how well each compared quantity is known."""
         if self.exact:
             read = [name for name in quantities if name in self.solution.bars]
-            labels = ", ".join(f"{quantity(n).label} {relative(self.known_to(n))}" for n in read)
+            labels = ", ".join(f"{quantity(n).label} {relative_range(self.bar(n))}" for n in read)
             but = f"; what is read off its pressure is known to: {labels}" if read else ""
             return f"The truth is the closed form, exact to round-off{but}."
         ensemble = self.levels.ensemble
         mean = f", mean over {ensemble}" if ensemble else ""
         title = METHODS[self.method].title
         text = f"The truth is the finest solution of {title} (N = {self.resolution}{mean})"
-        accuracies = {name: self.known_to(name) for name in quantities}
-        bars = [
-            f"{quantity(name).label} {relative(bar)}"
-            for name, bar in accuracies.items()
-            if np.isfinite(bar)
+        bars = {name: self.bar(name) for name in quantities if self.knows(name)}
+        ranges = [
+            f"{quantity(name).label} {relative_range(bar)}"
+            for name, bar in bars.items()
+            if np.isfinite(bar).any()
         ]
-        known = f", known to (rms over the loads): {', '.join(bars)}" if bars else ""
-        unknown = [n for n in accuracies if self.knows(n) and not np.isfinite(self.bar(n)).all()]
+        known = f", known to: {', '.join(ranges)}" if ranges else ""
+        unknown = [name for name, bar in bars.items() if not np.isfinite(bar).all()]
         if unknown and len(self.levels.solutions) == 1:
             return f"{text}{known}; only one resolution was run, so its error is not known."
         reasons: dict[str, list[str]] = {}  # what is missing for bars -> of which quantities
@@ -450,10 +447,8 @@ class Reference:
     method: str
     resolution: int
     text: str
-    # Quantity -> relative 95 % half-width, rms over the load steps; NaN where not known.
-    uncertainty: dict[str, Number] = field(default_factory=dict)
-    # Quantity -> source -> its part of that.
-    sources: dict[str, dict[str, Number]] = field(default_factory=dict)
+    # Quantity -> source -> its part of the relative 95 % half-width at each load; NaN: not known.
+    sources: dict[str, dict[str, list[Number]]] = field(default_factory=dict)
     bars: dict[str, Bar] = field(default_factory=dict)  # quantity that it gives -> `Bar`
     footnotes: tuple[str, ...] = ()  # disagreements that are small against the tolerance, in words
     proved: Verification | None = None  # its bars held against theorems
@@ -464,6 +459,12 @@ class Reference:
     def exact(self) -> bool:
         """Whether it is a closed form."""
         return self.method == CLOSED_FORM
+
+    def known_to(self, name: str) -> np.ndarray:
+        """Return the relative 95 % half-width of a quantity at each load, those that are known."""
+        parts = self.sources.get(name)
+        bars = combined(*parts.values()) if parts else np.array([])
+        return bars[np.isfinite(bars)]
 
 
 NO_REFERENCE = Reference("", 0, "")

@@ -233,8 +233,7 @@ def advise(record: SceneRecord) -> Advice:
             if name in nothing:
                 bars.append(Verdict(**asked, reason=nothing[name], counts=False))
                 continue
-            uncertainty = record.reference.uncertainty.get(name, math.nan)
-            known = record.reference.bars.get(name) or Bar(uncertainty, -1)
+            known = record.reference.bars.get(name) or Bar(math.nan, -1)
             decided = vars(judged(0.0, known.bar, record.tolerance)) | {"step": known.step}
             bars.append(Verdict(**asked, **decided))
         called = record.title_of(truth)
@@ -302,9 +301,9 @@ def _sentence(record: SceneRecord, advice: Advice) -> str:
     truth, level = record.reference.method, record.reference.resolution
     truth_text = "closed form"
     if truth != CLOSED_FORM:
-        bar = truth_known_to(record, advice.quantities)
-        accuracy = f"known to {relative(bar)}"
-        if not math.isfinite(bar):
+        bar, worst = truth_known_to(record, advice)
+        accuracy = f"known to {relative(bar)} in {quantity(worst).label}" if worst else ""
+        if not worst:
             grids = set(record.solved_rows(truth)["resolution"])
             alone = ": only one resolution was run" if len(grids) == 1 else ""
             accuracy = f"its error is not known{alone}"
@@ -334,26 +333,26 @@ def _single(record: SceneRecord) -> str:
     )
 
 
-def truth_known_to(record: SceneRecord, quantities: tuple[str, ...]) -> float:
-    """Return how well the truth is known in the worst of some quantities, NaN where unknown."""
-    reference = record.reference
-    widest = {name: known.bar for name, known in reference.bars.items()}
-    known = widest | {name: bar for name, bar in reference.uncertainty.items() if bar > 0}
-    bars = (known.get(name, math.nan) for name in quantities)
-    return max((bar for bar in bars if not math.isnan(bar)), default=math.nan)
+def truth_known_to(record: SceneRecord, advice: Advice) -> tuple[float, str]:
+    """Return the widest bar of the truth at any load, and in which quantity; NaN: none is known."""
+    widest = math.nan, ""
+    for name in advice.quantities:
+        fields = [known.bar for known in [record.reference.bars.get(name)] if known]
+        bar = max([*record.reference.known_to(name)] or fields, default=math.nan)
+        if not bar <= widest[0] and not math.isnan(bar):
+            widest = bar, name
+    return widest
 
 
 def wide_truth(record: SceneRecord, effort: str) -> str:
     """Return that the reference is known worse than the tolerance; "" where it is not."""
-    known = {name: truth_known_to(record, (name,)) for name in advise(record).quantities}
-    wide = {name: bar for name, bar in known.items() if bar > record.tolerance}
-    if not wide:
+    bar, worst = truth_known_to(record, advise(record))
+    if not bar > record.tolerance:
         return ""
-    worst = max(wide, key=lambda name: wide[name])
     refined = ": --full refines it" if effort == "quick" else ""
     title = title_of(record.reference.method)
     limit = tolerance(record.tolerance)
     return (
-        f"reference: {title}, known to {relative(wide[worst])} in {quantity(worst).label}, "
+        f"reference: {title}, known to {relative(bar)} in {quantity(worst).label}, "
         f"wider than the tolerance of {limit}{refined}"
     )

@@ -49,7 +49,6 @@ def record_scene(
             method=truth.method,
             resolution=truth.resolution,
             text=truth.sentence(quantities),
-            uncertainty={name: truth.known_to(name) for name in quantities},
             sources={name: truth.known_from(name) for name in quantities},
             bars=truth_bars(plan, truth),
             footnotes=tuple(small),

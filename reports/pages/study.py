@@ -164,8 +164,8 @@ def scene_view(scene: SceneRecord, anchor: str) -> SimpleNamespace:
     method = scene.reference.method
     truth = look(method, scene).label if method else "none"
     if method and method != CLOSED_FORM:
-        accuracy = truth_known_to(scene, advice.quantities)
-        truth += f" ± {fmt.relative(accuracy)}" if fmt.finite(accuracy) else " ± ?"
+        bar, worst = truth_known_to(scene, advice)
+        truth += f" ± {fmt.relative(bar)} in {quantity(worst).label}" if worst else " ± ?"
     return SimpleNamespace(
         record=scene,
         anchor=anchor,

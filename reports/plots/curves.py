@@ -248,12 +248,12 @@ def _caption(scene: SceneRecord, name: str, apart: float) -> str:
         parts.append(f"The curves coincide within {fmt.relative(apart)}: see {where}.")
     if scene.along == "step":
         parts.append("Points are joined in the order of the path, along the arrows.")
-    bar = scene.reference.uncertainty.get(name, np.nan)
-    if bar > fmt.ROUND_OFF:
-        hidden = " (thinner than its line)" if bar < VISIBLE else ""
+    bars = scene.reference.known_to(name)
+    if (bars > fmt.ROUND_OFF).any():
+        hidden = "" if (bars >= VISIBLE).any() else " (thinner than its line)"
         parts.append(
             "Light band and error bars: uncertainty of the reference, "
-            f"{fmt.relative(bar)} in the rms over the loads{hidden}."
+            f"{fmt.relative_range(bars)}{hidden}."
         )
     proved = scene.reference.proved
     # the rows of a study have the columns of all of its scenes

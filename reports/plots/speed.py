@@ -95,9 +95,8 @@ def _figure(scene: SceneRecord, name: str, points: Points, limits: tuple[float, 
         times += [spent.single_seconds, spent.seconds - np.nan_to_num(spent.setup_seconds)]
     span = _time_range(np.array(times))
     # The bar of the reference, or else the widest bar of the settings.
-    bar = scene.reference.uncertainty.get(name, np.nan)
-    if not fmt.finite(bar):
-        bar = max((v.uncertainty for v, *_ in points if fmt.finite(v.uncertainty)), default=0.0)
+    bars = [v.uncertainty for v, *_ in points if fmt.finite(v.uncertainty)]
+    bar = max([*scene.reference.known_to(name)] or bars, default=0.0)
     known_to = max(low, bar)
     series: list[Series] = []
     if bar > low and span[0] < truth_seconds < span[1]:

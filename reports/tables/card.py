@@ -14,7 +14,6 @@ from comparisons.facts.methods import CLOSED_FORM, MODEL
 from comparisons.facts.quantities import quantity
 from comparisons.judging.verdicts import WITHIN
 from comparisons.questions.claims.nearest import in_words, nearest_to
-from comparisons.results.advice import truth_known_to
 from comparisons.results.finding import answers
 from comparisons.results.record import SceneRecord, once
 from comparisons.results.rows import Rows
@@ -231,7 +230,7 @@ def _loads(scene: SceneRecord, nominal: float | None = None) -> list[tuple[str, 
 
 
 def true_value(scene: SceneRecord, name: str, *, nominal: float | None = None) -> str:
-    """Return what the reference found at all loads, and how well that is known (rms).
+    """Return what the reference found at all loads, and how well that is known.
 
     "" where it has not computed the quantity. What is exact, prescribed or not compared, as the
     area of a flat face, has no bar. Areas and forces may be over the `nominal` area.
@@ -245,9 +244,8 @@ def true_value(scene: SceneRecord, name: str, *, nominal: float | None = None) -
     text = _range(values, unit)
     if scene.reference.exact or name == scene.control:
         return text
-    bar = truth_known_to(scene, (name,))
-    if np.isfinite(bar):
-        return f"{text} ± {fmt.relative(bar)}"
+    if len(bars := scene.reference.known_to(name)):
+        return f"{text} ± {fmt.relative_range(bars)}"
     return f"{text} ± ?" if name in scene.quantities else text
 
 
@@ -256,9 +254,9 @@ def _sources(scene: SceneRecord) -> list[str]:
     return list(
         dict.fromkeys(
             source
-            for parts in scene.reference.sources.values()
+            for name, parts in scene.reference.sources.items()
             for source, part in parts.items()
-            if part > 0.1 * max(parts.values())
+            if (part > 0.1 * scene.reference.known_to(name)).any()
         )
     )
 

@@ -215,7 +215,7 @@ def sphere_scene(folder: Path, rng: np.random.Generator) -> SceneRecord:
                 "closed_form",
                 1,
                 "Hertz (Johnson 1985, eq. 4.22-4.24), exact.",
-                {"force": 0.0, "contact_area": 0.0},
+                {name: {"arithmetic": [0.0] * len(DEPTHS)} for name in ("force", "contact_area")},
             ),
             answer="For 1 % in force: reduced, 10 springs, 2 µs (BEM 20 ms, FEM 5 s); exact truth.",
             disagreements=(),
@@ -336,8 +336,10 @@ def rough_scene(folder: Path, rng: np.random.Generator) -> SceneRecord:
                 "bem_fft",
                 128,
                 "BEM (FFT) on 128 x 128 points, five surfaces.",
-                {"penetration": 0.01, "contact_area": 0.02},
-                {"contact_area": {"discretisation": 0.016, "realisations": 0.012}},
+                {
+                    "penetration": {"discretisation": [0.01] * 7},
+                    "contact_area": {"discretisation": [0.016] * 7, "realisations": [0.012] * 7},
+                },
             ),
             answer="For 5 % in contact area: no setting of the reduced model (best 8 %).",
             disagreements=(

@@ -65,7 +65,7 @@ def record(rows, method="closed_form", bar=0.0, quantities=("force",), tolerance
         plan=PlanRecord(),
         reference=Reference(
             *(method, 64, "The truth."),
-            uncertainty=dict.fromkeys(quantities, bar),
+            sources={name: {"discretisation": [bar]} for name in quantities},
             bars={name: Bar(bar, 1) for name in quantities},
         ),
         verdicts=verdicts,
@@ -156,7 +156,7 @@ def test_the_sentence_says_how_many_surfaces_were_solved_on_which_grid():
     means = pd.concat([table[table["method"] == "bem_fft"]] * 3, ignore_index=True)
     means = means.assign(resolution=[*numbers], surfaces=[*numbers.values()], realisation="mean")
     said = advise(recorded(many, rows=Rows.of(pd.concat([table, means])))).sentence
-    assert "(N = 64, mean over 50 + 25 + 10 surfaces), known to 2.0\u202f%" in said
+    assert "(N = 64, mean over 50 + 25 + 10 surfaces), known to 2.0\u202f% in force" in said
 
 
 def test_a_setting_whose_bar_is_wider_than_the_question_is_not_called_good_enough():

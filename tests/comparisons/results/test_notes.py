@@ -9,7 +9,7 @@ from comparisons import formatting as fmt
 from comparisons.judging.truth import Reference
 from comparisons.questions.problems.sheet import sheet_of
 from comparisons.questions.study import solved_in_memory
-from comparisons.results.advice import advise, truth_known_to
+from comparisons.results.advice import advise
 from comparisons.results.finding import NOT_KNOWN, YES, family, finding
 from comparisons.results.record import SceneRecord
 from comparisons.results.rows import Rows
@@ -111,7 +111,7 @@ def test_a_card_gives_the_true_values_of_all_that_was_asked_with_their_bars():
     """By the reference; the prescribed force is no finding of it and has no bar."""
     record = solved(0.3)
     told = dict(card(record))
-    bar = fmt.relative(truth_known_to(record, ("penetration",)))
+    bar = fmt.relative_range(record.reference.known_to("penetration"))
     depth = record.curve("bem_fft")["penetration"][-1]
     assert told["penetration depth"] == f"{fmt.with_unit(depth, 'm')} ± {bar}"
     assert "±" not in told["force"]

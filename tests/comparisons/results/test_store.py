@@ -29,8 +29,7 @@ PLAN = PlanRecord(
 )
 REFERENCE = Reference(
     *("bem_fft", 8, "the finest"),
-    uncertainty={"penetration": 0.1, "contact_area": math.nan},
-    sources={"penetration": {"discretisation": 0.1}},
+    sources={"penetration": {"discretisation": [0.1, math.nan]}},
     bars={"penetration": Bar(0.1, 1)},
     footnotes=("a little apart",),
     proved=Verification(6, 0, (), 1e-4, 0.5, 2.0),
@@ -216,7 +215,7 @@ WRONG = {
     "reference without a method": lambda d: scene(d, reference={"resolution": 8, "text": "a"}),
     "reference without a resolution": lambda d: scene(d, reference={"method": "fem", "text": "a"}),
     "reference without a text": lambda d: scene(d, reference={"method": "fem", "resolution": 8}),
-    "bar as text": lambda d: scene(d, reference={"uncertainty": {"force": "1 %"}}),
+    "bar as text": lambda d: scene(d, reference={"sources": {"force": {"solver": ["1 %"]}}}),
     "field without resolution": lambda d: scene(d, fields=[["fem", "a.npz"]]),
     "resolution as text": lambda d: scene(d, fields=[["fem", "x", "a.npz"]]),
     "file as number": lambda d: scene(d, fields=[["fem", 8, 3]]),

@@ -181,6 +181,18 @@ def test_the_bar_of_the_truth_is_listed_by_source(parsed):
         assert part in parsed.text
 
 
+def test_the_bar_of_the_truth_is_that_of_the_load_that_decided(study):
+    scene = study.scenes[1]
+    bars = [0.57, 0.3, 0.18, 0.1, 0.09, 0.08, 0.062]
+    sources = {"contact_area": {"discretisation": bars}}
+    verdicts = tuple(replace(item, step=6) for item in scene.verdicts)
+    reference = replace(scene.reference, sources=sources)
+    scene = replace(scene, reference=reference, verdicts=verdicts)
+    text = Page(html.page(replace(study, scenes=(scene,)), with_pictures=False)).text
+    assert "discretisation 6.2\u202f%" in text
+    assert "discretisation 57" not in text
+
+
 def test_reasons_answers_and_disagreements_stand_on_the_page(study, parsed):
     for scene in study.scenes:
         assert advise(scene).sentence in parsed.text

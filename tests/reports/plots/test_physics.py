@@ -240,7 +240,7 @@ def record(control: str, axis: str, columns: dict, bar: float = 0.0) -> SceneRec
     verdict = Verdict(word="within", tolerance=0.05, signed=False, **setting, **error)
     return SceneRecord(
         *("s", "S", "", control, (name,), 0.05, PlanRecord()),
-        Reference("closed_form", 1, "", {name: bar}),
+        Reference("closed_form", 1, "", {name: {"read off": [bar]}}),
         *((verdict,), "", ()),
         rows=Rows.of(pd.concat(frames, ignore_index=True)),
         axis=axis,

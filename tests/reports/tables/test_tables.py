@@ -9,6 +9,7 @@ from rich.console import Console
 
 import roughline
 from comparisons import formatting as fmt
+from comparisons.results.advice import advise, truth_known_to
 from comparisons.results.rows import Rows
 from comparisons.scene.scene import builtin_names, load_scene
 from comparisons.scene.units import PRESSURE, number_and_unit, to_si
@@ -155,6 +156,16 @@ def test_the_area_of_a_flat_face_is_given_and_has_no_bar(of):
     told = of(square + '[compare]\nquantities = ["force"]\n', ("bem_fft",))
     assert told["contact area"] == "4.00\u202fmm²"
     assert "±" in told["force"]
+
+
+def test_a_bar_that_differs_from_load_to_load_is_given_by_its_ends(study):
+    """57 % at 1 MPa and 6 % at 100 MPa are no 35 %: the truth is known to the worst of them."""
+    scene = study.scenes[1]
+    bars = [0.57, 0.3, 0.18, 0.1, 0.09, 0.08, 0.062]
+    sources = {"contact_area": {"discretisation": bars}}
+    wide = replace(scene, reference=replace(scene.reference, sources=sources))
+    assert dict(card(wide))["contact area"].endswith(" ± 6.2 to 57\u202f%")
+    assert truth_known_to(wide, advise(wide)) == (0.57, "contact_area")
 
 
 def test_a_blunt_body_presses_hardest_off_its_axis(of):
