@@ -129,7 +129,7 @@ class Verdict(Judgement):
 
     @property
     def when(self) -> str:
-        """The step that decided: "load step 4", "step 2", "last load"; "" for round-off."""
+        """The step that decided: "load step 4", "last load"; "" for round-off."""
         if self.steps == 1 or self.word == NO_RESULT:
             return ""
         if self.at == LAST_LOAD:
@@ -137,7 +137,8 @@ class Verdict(Judgement):
         if not self.has_step:
             return ""
         # Creeps, speeds, times and places along a path are steps, but no loads.
-        return f"{'load step' if quantity(self.at).load else 'step'} {self.step + 1}"
+        step = f"{'load step' if quantity(self.at).load else 'step'} {self.step + 1}"
+        return step if self.ratio else f"{step}, over the largest value of the path"
 
     @property
     def where(self) -> str:

@@ -135,7 +135,7 @@ MEASURES = (
     (
         "Error along a path",
         "(value − reference) / largest magnitude of the reference along the path, at the same step "
-        "or time, because values pass through zero. Prescribed quantities are not compared.",
+        "or time, because values may pass through zero. Prescribed quantities are not compared.",
     ),
     (
         "Largest and rms error",

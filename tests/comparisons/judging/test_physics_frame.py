@@ -96,6 +96,7 @@ def test_errors_along_a_path_are_relative_to_its_largest_value(scene):
     assert np.ptp(rows["tangential_force"]) == 8.0
     (verdict,) = [verdict for verdict in result.verdicts if verdict.resolution == 10]
     assert verdict.at == "step"
+    assert verdict.when.endswith(", over the largest value of the path")
     assert abs(verdict.error) == pytest.approx(0.001, rel=1e-9)
 
 
