@@ -246,7 +246,8 @@ def plainly(answers: list[Nearest], tolerance: float) -> str:
                 ", ".join(f"{name} = {values[name]:.4g}" for name in answer.differing)
                 for values in (answer.own, answer.measured.fixed)
             )
-            said = f"not measured for {here} ({error} for {there})"
+            # beyond every measured load too, the number of another surface tells nothing
+            said = f"not measured for {here}" + ("" if answer.far else f" ({error} for {there})")
         if answer.steep:
             said = "not known, as slopes are too large for every method"
         parts.append(f"{quantity(answer.quantity).label}: {said}{answer.far}")
