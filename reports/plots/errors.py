@@ -38,7 +38,7 @@ CAPTION = (
     "uncertainty of the reference, where an error is not resolved. Ring: the error that decided. "
     f"{SIGN_NOTE} {FOOT_NOTE}"
 )
-PATH_CAPTION = "Errors are relative to the largest value along the path, as values may pass through zero."
+PATH_CAPTION = "Errors are relative to the largest value of the path, as values may be zero."
 SWEEP_CAPTION = (
     "Largest error over the loads of each scene, of each method at its finest resolution, with its "
     f"uncertainty. Horizontal lines: tolerances. {SIGN_NOTE} {FOOT_NOTE}"

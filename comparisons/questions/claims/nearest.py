@@ -353,6 +353,12 @@ for claim, along in ALONG.items():
     }
 # The claims along the creep in % of a ball, by the stiffness of the reduced model's springs.
 ROLLING = {"springs": "rolling-curve-springs", "matched": "rolling-curve-matched"}
+# The claims along d/d_y of a ball that dents, by how springs read the criterion of yield.
+YIELDING = {"stress": "total", "elastic_root": "root", "zunker_kamrin": "zunker-kamrin"}
+DENTS = {"force-10": "force", "area-10": "contact_area", "residual-20": "residual_depth"}
+DENTED = {f"plastic-{way}-{d}": (n,) for way in YIELDING.values() for d, n in DENTS.items()}
+del DENTED["plastic-root-area-10"]  # no claim
+FIXED |= {claim: {"nu": 0.3} for claim in DENTED}
 # The quantities whose error a claim measures. Force and stiffness of a flat face err alike.
 QUANTITIES: dict[str, tuple[str, ...]] = {
     "ellipsoid-force": ("force",),
@@ -377,6 +383,7 @@ QUANTITIES: dict[str, tuple[str, ...]] = {
     "viscoelastic-loading": ("force", "contact_area"),
     "viscoelastic-unloading": ("force", "contact_area"),
     "viscoelastic-shape": ("force", "contact_area"),
+    **DENTED,
 }
 
 
@@ -428,6 +435,16 @@ def places(scene: Scene, loads: AbsoluteLoads, unit: float) -> dict[str, Stretch
                 found[f"viscoelastic-{way}"] = min(relaxing) / pressing, max(relaxing) / pressing
             else:
                 found["viscoelastic-shape"] = exponent, exponent
+    plastic, alone = scene.plasticity, set(scene.physics) == {"plasticity"} and not scene.rough
+    if plastic and alone and body is not None and exponent == 2 and plastic.model in YIELDING:
+        deeper = loads.control == "penetration" and np.all(np.diff(loads.values, prepend=0.0) > 0)
+        if deeper and not (plastic.hardening or plastic.hardening_exponent):
+            from reference.plastic import yield_depth, yield_pressure  # with finite elements
+
+            pressure = yield_pressure(scene.poisson_ratio) * plastic.yield_stress
+            first = yield_depth(body.parameters["radius"], scene.effective_modulus, pressure)
+            stretch = float(loads.values[0] / first), float(loads.values[-1] / first)
+            found |= {f"plastic-{YIELDING[plastic.model]}-{dent}": stretch for dent in DENTS}
     coupled = friction is not None and friction.coupling == "full"
     alone = set(scene.physics) == {"friction"} and not scene.rough
     if coupled and alone and body is not None and body.axisymmetric:

@@ -136,6 +136,26 @@ def test_a_map_and_a_line_of_another_length_were_not_measured():
     assert depth.differing == ["line_length"]
 
 
+def test_a_ball_that_dents_stands_at_its_depth_over_that_of_first_yield():
+    """Springs lose a quarter of the force at 13 d_y; which criterion they read is another claim."""
+    dented = {"plasticity": {"yield_stress": "420 MPa"}, "half_space.poisson_ratio": 0.3}
+    dented |= {"half_space.youngs_modulus": "210 GPa", "indenter.radius": "10 mm"}
+    depth = {"loading": {"penetration": [13.335 * 0.21258945e-6]}}
+    force = known("paraboloid", **dented, **depth)["force"]
+    assert (force.measured.claim, force.word, force.beyond) == (
+        "plastic-total-force-10",
+        OUTSIDE,
+        False,
+    )
+    assert force.error == pytest.approx(-0.263, abs=0.01)
+    root = known("paraboloid", **dented, **depth, **{"plasticity.model": "elastic_root"})["force"]
+    assert root.measured.claim == "plastic-root-force-10"
+    hardening = {"plasticity.hardening": "1 GPa"}
+    assert not known("paraboloid", **dented, **depth, **hardening)
+    drawn_out = {"loading": {"penetration": [2.8e-6, 1e-6]}}
+    assert not known("paraboloid", **dented, **drawn_out)
+
+
 def test_rubber_pressed_in_and_drawn_out_was_measured():
     """Along relaxation time over time of pressing in: 0.1 s in rubber-ball, arms of 0.01 to 1 s."""
     there = known("rubber-ball")["force"]

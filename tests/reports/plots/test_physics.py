@@ -283,7 +283,7 @@ def test_errors_of_a_path_stand_over_its_steps(loop):
     assert figure.title == "Error of tangential displacement at equal step of the path"
     assert trace(figure, "reduced model")["x"] == list(range(1, 9))
     assert spec(figure)["layout"]["xaxis"].get("type") != "log"
-    assert "largest value along the path" in figure.caption
+    assert "largest value of the path" in figure.caption
 
 
 def test_a_history_is_drawn_over_time():
