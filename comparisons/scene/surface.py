@@ -17,6 +17,7 @@ from pydantic import (
     model_validator,
 )
 
+from comparisons.formatting import with_unit
 from comparisons.scene.fields import Finite, Length, Positive, SceneTable, fail
 
 
@@ -61,13 +62,15 @@ class SelfAffine(SceneTable):
         short = self.short_cutoff or shortest
         long = self.long_cutoff or min(self.size)
         if short < shortest * (1 - 1e-9):
+            enough = int(np.ceil(2 * max(self.size) / short * (1 - 1e-9)))
             problems.append(
-                f"short_cutoff: expected at least 2 cells = {shortest:g} m, got {short:g} m"
+                f"short_cutoff: expected at least 2 cells = {with_unit(shortest, 'm')}, got "
+                f"{with_unit(short, 'm')}, for which points = {enough} are enough"
             )
         if not short <= long <= max(self.size) * (1 + 1e-9):
             problems.append(
-                f"long_cutoff: expected from short_cutoff = {short:g} m to the side "
-                f"{max(self.size):g} m, got {long:g} m"
+                f"long_cutoff: expected from short_cutoff = {with_unit(short, 'm')} to the side "
+                f"{with_unit(max(self.size), 'm')}, got {with_unit(long, 'm')}"
             )
         if problems:
             raise fail("; ".join(problems))

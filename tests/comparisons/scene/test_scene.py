@@ -286,7 +286,7 @@ def test_each_wrong_shape_is_named(indenter, expected):
         ({"power": 4}, "surface: expected exactly one of hurst and power"),
         ({"rms_height": "1 nm"}, "surface: expected exactly one of rms_slope and rms_height"),
         ({"rms_slope": None}, "surface: expected exactly one of rms_slope and rms_height"),
-        ({"short_cutoff": "1 nm"}, "short_cutoff: expected at least 2 cells = 3.125e-08 m"),
+        ({"short_cutoff": "1 nm"}, "for which points = 2000 are enough"),
         ({"long_cutoff": "2 um"}, "long_cutoff: expected from short_cutoff"),
         ({"periodic": 1}, "surface.periodic: expected true or false, got 1"),
         ({"seed": -1}, "surface.seed: expected greater than or equal to 0, got -1"),
