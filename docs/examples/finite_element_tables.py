@@ -36,12 +36,13 @@ from reference.fem import (
     press,
     recover,
 )
-from reference.fem.columns import ELEMENTS, Layers, compliance
+from reference.fem.columns import ELEMENTS, compliance
 from reference.fem.condensed_body import supported_body
 from reference.fem.grid_body import PeriodicBody
 from reference.fem.solid_mesh import KINDS, SolidMesh, SupportedMesh
 from reference.halfspace import PeriodicOperator, kernels
 from reference.halfspace.areas import contact_stiffness, located_area
+from reference.layered import Stack
 from reference.loads import Load, LoadPath
 from reference.surfaces import SelfAffine, refine, rms_gradient_spectral, self_affine
 from reports.tables.written import rewrite
@@ -260,7 +261,7 @@ def wave_table() -> list[list[str]]:
     rows = [["", "nu", *(f"{cells:g} cells" for cells in WAVES)]]
     for element in ELEMENTS:
         for nu in (0.0, 0.3, 0.5):
-            layers = Layers([4 * WAVES[0]], [Material(1.0, nu)])
+            layers = Stack([4 * WAVES[0]], [Material(1.0, nu)])
             values = compliance((q, 0 * q), (1.0, 1.0), layers, element=element)
             errors = values * q / (2 * (1 - nu**2)) - 1
             rows.append([element, f"{nu:g}", *(f"{100 * error:.2g}" for error in errors)])
@@ -271,7 +272,7 @@ def wave_table() -> list[list[str]]:
 def dispersion_table() -> list[list[str]]:
     """Errors of the elements alone, pressures being the waves."""
     q = 2 * np.pi / WAVES
-    layers = Layers([4 * WAVES[0]], [Material(1.0, 0.3)])
+    layers = Stack([4 * WAVES[0]], [Material(1.0, 0.3)])
     rows = [["", *(f"{cells:g} cells" for cells in WAVES)]]
     for element in ELEMENTS:
         values = compliance(
@@ -286,7 +287,7 @@ def floor_table() -> list[list[str]]:
     """Errors of a long wave by the growth of the elements' depths."""
     growths = (1.5, 1.3, 1.25, 1.15, 1.08)
     wave = (np.array([2 * np.pi / 800]), np.zeros(1))
-    layers = Layers([1600.0], [Material(1.0, 0.3)])
+    layers = Stack([1600.0], [Material(1.0, 0.3)])
     rows = [["", *(f"growth {growth:g}" for growth in growths)]]
     for element in ELEMENTS:
         values = [
@@ -303,9 +304,9 @@ def bottom_table() -> list[list[str]]:
     waves, steel = np.array([800.0, 64.0, 16.0, 8.0, 4.0]), Material(1.0, 0.3)
     q = 2 * np.pi / waves
     bottoms = {
-        "clamped below 1600 cells": Layers([1600.0], [steel]),
-        "impedance below 8 cells": Layers([8.0], [steel], steel),
-        "impedance below 2 cells": Layers([2.0], [steel], steel),
+        "clamped below 1600 cells": Stack([1600.0], [steel]),
+        "impedance below 8 cells": Stack([8.0], [steel], steel),
+        "impedance below 2 cells": Stack([2.0], [steel], steel),
     }
     rows = [["", *(f"{cells:g} cells" for cells in waves)]]
     for name, layers in bottoms.items():
@@ -475,7 +476,7 @@ def rubber_table() -> list[list[str]]:
     for thickness in (1.0, 0.1, 1 / 30):
         a = float(q[0]) * thickness
         exact = 1.5 / q[0] * (np.sinh(2 * a) - 2 * a) / (np.cosh(2 * a) + 2 * a**2 + 1)
-        layer = Layers([thickness], [Material(1.0, 0.5)])
+        layer = Stack([thickness], [Material(1.0, 0.5)])
         errors = (
             compliance((q, 0 * q), (1.0, 1.0), layer, element=element, growth=1.1, smooth=True)
             / exact

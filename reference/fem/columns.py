@@ -44,8 +44,7 @@ Forces are those of pressures uniform on the cells; displacements are read at th
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -54,6 +53,7 @@ from numpy.typing import NDArray
 
 from reference.elasticity import Material
 from reference.errors import choice_faults, positive_faults, refuse
+from reference.layered.stack import Stack
 
 Array = NDArray[np.float64]
 Element = Literal["linear", "splines", "quadratic"]
@@ -219,48 +219,29 @@ def in_plane(
     )
 
 
-@dataclass(frozen=True)
-class Layers:
-    """Materials from the surface down, on a rigid base or on a half-space (`below`).
+def elements_of(
+    body: Stack, first: float = _FIRST, growth: float = _GROWTH
+) -> list[tuple[float, Material]]:
+    """Return thickness and material of each layer of elements, from the surface down.
 
-    The half-space enters by the stiffness of its surface: the theory of the half-space solvers,
-    where clamped columns share none.
+    Thicknesses grow from `first` by a factor, whatever the depth; the last one of a material takes
+    what is left of it.
     """
-
-    thicknesses: Sequence[float]
-    materials: Sequence[Material]
-    below: Material | None = None
-
-    def __post_init__(self) -> None:
-        faults = []
-        if not self.thicknesses or len(self.thicknesses) != len(self.materials):
-            count = f"{len(self.thicknesses)} and {len(self.materials)}"
-            faults.append(f"thicknesses and materials must be as many, at least one, not {count}")
-        for index, thickness in enumerate(self.thicknesses):
-            faults += positive_faults(**{f"thicknesses[{index}]": thickness})
-        refuse(faults)
-
-    def elements(self, first: float, growth: float) -> list[tuple[float, Material]]:
-        """Return thickness and material of each layer of elements, from the surface down.
-
-        Thicknesses grow from `first` by a factor, whatever the depth; the last one of a material
-        takes what is left of it.
-        """
-        cells, step = [], first
-        for thickness, material in zip(self.thicknesses, self.materials, strict=True):
-            left = thickness
-            while left > (1 + growth / 2) * step:
-                cells.append((step, material))
-                left -= step
-                step *= growth
-            cells.append((left, material))
-        return cells
+    cells, step = [], first
+    for thickness, material in zip(body.thicknesses, body.materials, strict=True):
+        left = thickness
+        while left > (1 + growth / 2) * step:
+            cells.append((step, material))
+            left -= step
+            step *= growth
+        cells.append((left, material))
+    return cells
 
 
 def compliance(
     phases: tuple[Array, Array],
     spacing: tuple[float, float],
-    layers: Layers,
+    body: Stack,
     *,
     element: Element = "splines",
     first: float = _FIRST,
@@ -269,8 +250,7 @@ def compliance(
 ) -> Array:
     """Displacement C of the surface per pressure, for waves of given phases from cell to cell.
 
-    For long waves on a deep body 2/(E* |q|); at q = 0 the sum of thickness (1 - 2 nu)(1 + nu)/(E
-    (1 - nu)), infinite on a half-space.
+    For long waves on a deep body 2/(E* |q|); at q = 0 `Stack.squeezed`.
 
     Parameters
     ----------
@@ -278,6 +258,9 @@ def compliance(
         theta_x and theta_y of every wave, between -pi and pi, broadcast against each other.
     spacing : (float, float)
         Sides of the cells.
+    body : Stack
+        At least one layer. A half-space below enters by the stiffness of its surface: the theory of
+        the half-space solvers, where a rigid base shares none.
     first : float
         Thickness of the uppermost elements over the smaller side of the cells.
     growth : float
@@ -291,7 +274,7 @@ def compliance(
     A half-space, a wave of 32 cells:
 
     >>> wave = (np.array([2 * np.pi / 32]), np.array([0.0]))
-    >>> body = Layers([100.0], [Material(1.0, 0.3)])
+    >>> body = Stack([100.0], [Material(1.0, 0.3)])
     >>> C = compliance(wave, (1.0, 1.0), body)
     >>> bool(abs(C[0] / (2 * (1 - 0.3**2) * 32 / (2 * np.pi)) - 1) < 2e-3)
     True
@@ -303,22 +286,16 @@ def compliance(
     >>> round(float(C[0] * np.pi / 4 / (1 - 0.3**2)), 3)
     0.997
     """
-    waves = phases, spacing, layers, element
+    waves = phases, spacing, body, element
     result = _of_waves(*waves, (2,), first=first, growth=growth, smooth=smooth)[..., 0, 0]
-    # no wave, but uniform: nothing moves sideways
-    squeezed = sum(
-        thickness * (1 - 2 * m.poisson_ratio) * (1 + m.poisson_ratio)
-        / (m.youngs_modulus * (1 - m.poisson_ratio))
-        for thickness, m in zip(layers.thicknesses, layers.materials, strict=True)
-    )  # fmt: skip
-    result[result == 0] = np.inf if layers.below else squeezed
+    result[result == 0] = body.squeezed
     return result
 
 
 def tensor(
     phases: tuple[Array, Array],
     spacing: tuple[float, float],
-    layers: Layers,
+    body: Stack,
     *,
     element: Element = "splines",
     inertia: float = 0.0,
@@ -336,22 +313,22 @@ def tensor(
     Shear along a wave of 32 cells is softer than across it by 1 - nu:
 
     >>> waves = (np.array([2 * np.pi / 32, 0.0]), np.array([0.0, 2 * np.pi / 32]))
-    >>> C = tensor(waves, (1.0, 1.0), Layers([100.0], [Material(1.0, 0.3)]))
+    >>> C = tensor(waves, (1.0, 1.0), Stack([100.0], [Material(1.0, 0.3)]))
     >>> round(float(C[0, 0, 0] / C[0, 0, 1]), 2)
     0.7
     """
     if not 0 <= inertia < 1:
         raise ValueError(f"inertia must be at least 0 and below 1, not {inertia!r}")
-    if inertia and layers.below:
+    if inertia and body.base:
         raise ValueError("inertia must be 0 above a half-space, whose stiffness is that at rest")
-    result = _of_waves(phases, spacing, layers, element, (0, 1, 2), inertia=inertia)
+    result = _of_waves(phases, spacing, body, element, (0, 1, 2), inertia=inertia)
     return np.moveaxis(result, (-2, -1), (0, 1))
 
 
 def _of_waves(
     phases: tuple[Array, Array],
     spacing: tuple[float, float],
-    layers: Layers,
+    body: Stack,
     element: Element,
     axes: tuple[int, ...],
     *,
@@ -368,12 +345,14 @@ def _of_waves(
     faults += positive_faults(dx=spacing[0], dy=spacing[1], first=first)
     if not 1 <= growth < 4:
         faults.append(f"growth must lie between 1 and 4, not {growth!r}")
+    if not body.thicknesses:
+        faults.append("thicknesses must be at least one: elements have no depth without layers")
     refuse(faults)
     # in units of the smaller side of the cells, and of the shear modulus at the top
     unit = min(spacing)
     sides = spacing[0] / unit, spacing[1] / unit
-    scaled = Layers([t / unit for t in layers.thicknesses], layers.materials)
-    cells = scaled.elements(first, growth)
+    scaled = replace(body, thicknesses=[thickness / unit for thickness in body.thicknesses])
+    cells = elements_of(scaled, first, growth)
     top = cells[0][1]
     shear = top.shear_modulus
     table, above = np.empty((len(cells), 4)), np.empty(len(cells) + 1)
@@ -399,22 +378,12 @@ def _of_waves(
         # how many waves reach each layer and the half-space below; the others' base is rigid
         with np.errstate(divide="ignore"):
             reached = np.searchsorted(wavenumber[part], _REACH / above)
-        reached[-1] = reached[-1] if layers.below else 0
+        reached[-1] = reached[-1] if body.base else 0
         stiffness = np.zeros((3 * len(plane.wave), 3 * len(plane.wave), full.size))
-        if layers.below:
-            base = _base(plane.wave, along[full] / sides[0], across[full] / sides[1], layers.below)
+        if body.base:
+            base = _base(plane.wave, along[full] / sides[0], across[full] / sides[1], body.base)
             stiffness[:] = base / shear
-        _eliminate(
-            plane.moves,
-            plane.volumes,
-            plane.stored,
-            plane.mute,
-            plane.degrees,
-            table,
-            reached,
-            inertia,
-            stiffness,
-        )
+        _eliminate(plane, table, reached, inertia, stiffness)
         # copied, as the solvers want whole matrices one after the other
         matrices = np.ascontiguousarray(stiffness.transpose(2, 0, 1))[: part.size]
         ends = (plane.wave, plane.wave) if smooth else (plane.force, plane.point)
@@ -458,14 +427,14 @@ _PRESSED = np.array([PRESSED, PRESSED_SLOPE])
 
 # Loops in place of slices, whose checks of shapes take longer to compile than all the rest.
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
-def _eliminate(moves, volumes, stored, mute, degrees, layers, reached, inertia, result):
+def _eliminate(plane, layers, reached, inertia, result):
     """Turn the stiffness of the base (unknowns, unknowns, waves) into that of the surface.
 
     The unknowns of a layer are the displacements at its bottom, in the middle, the pressures, and
     the displacements at the top: three components on each node. Layers (thickness, shear modulus, r
     and s) count from the top down; `reached` has one number more, of waves that reach the base.
     """
-    size, pressures = result.shape[0], stored.shape[0]
+    size, pressures = result.shape[0], plane.stored.shape[0]
     last = 2 * size + pressures
     matrix, factor = np.empty((last + size, last + size, _GROUP)), np.empty(_GROUP)
     for start in range(0, result.shape[2], _GROUP):
@@ -473,7 +442,7 @@ def _eliminate(moves, volumes, stored, mute, degrees, layers, reached, inertia, 
         for layer in range(len(layers) - 1, -1, -1):
             if reached[layer] <= start:
                 continue
-            _fill(matrix, moves, volumes, stored, mute, degrees, layers[layer], inertia, start)
+            _fill(matrix, plane, layers[layer], inertia, start)
             # what is below carries the bottom, which else is held
             if carried:
                 for i in range(size):
@@ -497,9 +466,10 @@ def _eliminate(moves, volumes, stored, mute, degrees, layers, reached, inertia, 
 
 
 @njit(cache=True, error_model="numpy")
-def _fill(matrix, moves, volumes, stored, mute, degrees, layer, inertia, start):
+def _fill(matrix, plane, layer, inertia, start):
     """Fill the matrices of one layer of elements: 2 e : e, less inertia, and the pressures."""
     thickness, modulus, ratio, storing = layer
+    moves, volumes, stored, mute = plane.moves, plane.volumes, plane.stored, plane.mute
     nodes, pressures = moves.shape[1], stored.shape[0]
     size = 3 * nodes
     # by depth: top, middle, bottom; the pressures stand before the top
@@ -531,7 +501,7 @@ def _fill(matrix, moves, volumes, stored, mute, degrees, layer, inertia, start):
                 matrix[2 * size + k, 2 * size + m, w] = 0.0
     sign, root = -1.0 if ratio < 0 else 1.0, np.sqrt(abs(ratio)) * modulus
     for k in range(pressures):
-        row, degree = 2 * size + k, degrees[k]
+        row, degree = 2 * size + k, plane.degrees[k]
         share = sign * thickness * modulus * (1 / 3 if degree else 1.0)
         for w in range(_GROUP):
             kept = storing * stored[k, start + w] + mute[k, start + w]

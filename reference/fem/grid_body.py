@@ -36,7 +36,7 @@ from reference.contact.body import check_grid
 from reference.contact.press import Contact, assemble, check_gap
 from reference.elasticity import Material
 from reference.errors import ConvergenceError, choice_faults, refuse
-from reference.fem.columns import ELEMENTS, Element, Layers, compliance, tensor
+from reference.fem.columns import ELEMENTS, Element, compliance, tensor
 from reference.fem.contact import EXACT, Enforcement
 from reference.halfspace import kernels
 from reference.halfspace.kernels import FreeOperator
@@ -326,13 +326,13 @@ def _quarter(
         ratio = depth / (_FIRST * min(spacing))
         number = int(np.ceil(np.log(ratio) / np.log(_SLICE)))
         ends = np.append(0.0, depth * ratio ** -(np.arange(number, -1, -1.0) / number))
-        layers = Layers(np.diff(ends).tolist(), body.slices(ends))
+        layers = Stack(np.diff(ends).tolist(), body.slices(ends))
     elif body.base is None:
-        layers = Layers(body.thicknesses, body.materials)
+        layers = body
     else:
         below = body.base if bottom == "impedance" else None
         thickness = depth if below is None else _SHALLOW * max(spacing)
-        layers = Layers([*body.thicknesses, thickness], [*body.materials, body.base], below)
+        layers = Stack([*body.thicknesses, thickness], [*body.materials, body.base], below)
     along, across = (2 * np.pi * np.arange(n // 2 + 1) / n for n in shape)
     if shape[0] == shape[1] and spacing[0] == spacing[1]:
         m, n = np.tril_indices(along.size)
@@ -413,7 +413,7 @@ def beyond_cells(
         2 * np.pi * fft.rfftfreq(period[1])[None, :],
     )
     sides = [n * side for n, side in zip(period, spacing, strict=True)]
-    layers = Layers([_DEPTH * max(sides)], [material])
+    layers = Stack([_DEPTH * max(sides)], [material])
     elements = tensor(phases, spacing, layers, element=element, inertia=inertia)
     # of the gauge i u_x, i u_y, u_z
     columns = elements[0, 0], elements[1, 1], elements[0, 1], *-elements[2, :2]

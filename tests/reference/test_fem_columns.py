@@ -12,7 +12,7 @@ from skfem.element import ElementDG
 from reference.contact.press import assemble, sweep
 from reference.errors import ConvergenceError
 from reference.fem import Enforcement, Material, grid_body
-from reference.fem.columns import ELEMENTS, Layers, compliance
+from reference.fem.columns import ELEMENTS, compliance, elements_of
 from reference.fem.grid_body import FreeBody, PeriodicBody
 from reference.halfspace import FreeOperator, PeriodicOperator
 from reference.halfspace.areas import located_area
@@ -179,9 +179,9 @@ def test_waves_one_by_one_are_the_assembled_problem(element, nu, sides):
 
     The assembled matrices lose up to lambda/mu of their digits: 1e-12 grows with it.
     """
-    layers = Layers([8.0], [Material(1.0, nu)])
+    layers = Stack([8.0], [Material(1.0, nu)])
     depths = {"first": 0.6, "growth": 1.5}
-    lines = np.concatenate([[0.0], np.cumsum([t for t, _ in layers.elements(**depths)])])
+    lines = np.concatenate([[0.0], np.cumsum([t for t, _ in elements_of(layers, **depths)])])
     waves = 2 * np.pi * np.fft.fftfreq(sides[0])[:, None], 2 * np.pi * np.fft.rfftfreq(sides[1])
     columns = np.fft.irfft2(compliance(waves, SPACING, layers, element=element, **depths), sides)
     expected = assembled(element, nu, lines, sides)
@@ -201,7 +201,7 @@ def half_space(q, nu):
 @pytest.mark.parametrize("nu", [0.3, 0.45, 0.5])
 def test_elements_alone_disperse_with_their_own_order(element, order, at_four, nu):
     """Pressures that are the waves: energies err by the square of slopes, and are too low."""
-    body = Layers([200.0], [Material(1.0, nu)])
+    body = Stack([200.0], [Material(1.0, nu)])
     q = 2 * np.pi / np.array([16.0, 8.0, 4.0])
     values = compliance((q, 0 * q), (1.0, 1.0), body, element=element, growth=1.08, smooth=True)
     errors = 1 - values / half_space(q, nu)
@@ -222,7 +222,7 @@ def test_coatings_have_the_closed_transform(element, ratio, within):
         for thickness in (2.0, 8.0, 30.0):
             coating = Material(ratio, nu)
             exact = Stack([thickness], [coating], base).compliance(q)
-            body = Layers([thickness, 300.0], [coating, base])
+            body = Stack([thickness, 300.0], [coating, base])
             waves = 0.6 * q, 0.8 * q
             value = compliance(waves, (1.0, 1.0), body, element=element, growth=1.08, smooth=True)
             assert value == pytest.approx(exact, rel=within)
@@ -231,18 +231,18 @@ def test_coatings_have_the_closed_transform(element, ratio, within):
 def test_uniform_pressure_squeezes_a_layer():
     """At q = 0: thickness (1 - 2 nu)(1 + nu)/(E (1 - nu)), layer by layer, to rounding."""
     still = (np.zeros(1), np.zeros(1))
-    body = Layers([2.0, 5.0], [Material(3.0, 0.3), Material(0.5, 0.0)])
+    body = Stack([2.0, 5.0], [Material(3.0, 0.3), Material(0.5, 0.0)])
     expected = 2.0 * 0.4 * 1.3 / (3.0 * 0.7) + 5.0 / 0.5
     assert compliance(still, (1.0, 1.0), body)[0] == pytest.approx(expected, rel=1e-12)
-    rigid = Layers([2.0], [Material(3.0, 0.5)])
+    rigid = Stack([2.0], [Material(3.0, 0.5)])
     assert abs(compliance(still, (1.0, 1.0), rigid)[0]) < 1e-12
 
 
 def test_needle_cells_and_any_units_give_the_same_digits():
     waves = (np.array([0.3, 2.0]), np.array([1.0, 0.1]))
-    body = Layers([50.0], [Material(2.0, 0.3)])
+    body = Stack([50.0], [Material(2.0, 0.3)])
     value = compliance(waves, (1.0, 30.0), body)
-    tiny = compliance(waves, (1e-9, 30e-9), Layers([50e-9], [Material(2e9, 0.3)]))
+    tiny = compliance(waves, (1e-9, 30e-9), Stack([50e-9], [Material(2e9, 0.3)]))
     assert np.isfinite(value).all()
     assert tiny == pytest.approx(value * 1e-18, rel=1e-12)
     assert np.all(value > 0)
@@ -259,10 +259,10 @@ def test_shallow_mesh_on_an_impedance_is_a_half_space_with_the_order_of_its_elem
     waves, exact = (0.8 * q, -0.6 * q), half_space(q, nu) / 2.0
     shallow, deeper = (
         compliance(waves, (1.0, 1.0), layers, element=element, growth=1.08, smooth=True)
-        for layers in (Layers([t], [material], material) for t in (2.0, 8.0))
+        for layers in (Stack([t], [material], material) for t in (2.0, 8.0))
     )
     clamped = compliance(
-        waves, (1.0, 1.0), Layers([1600.0], [material]), element=element, growth=1.08, smooth=True
+        waves, (1.0, 1.0), Stack([1600.0], [material]), element=element, growth=1.08, smooth=True
     )
     errors, whole = (np.abs(value / exact - 1) for value in (shallow, clamped))
     # no floor from the growth of layers: a hundredth of what the clamped mesh has

@@ -7,7 +7,6 @@ from scipy.integrate import solve_ivp
 
 from reference.contact.press import press
 from reference.elasticity import Material
-from reference.fem.columns import Layers
 from reference.fem.columns import compliance as column_compliance
 from reference.fem.grid_body import FreeBody, PeriodicBody, sweep
 from reference.halfspace import kernels
@@ -90,7 +89,7 @@ def test_elements_give_the_same_layers(nu, contrast):
     """Elements of a 64th of the wave: 1e-5 from the closed form, as for one material."""
     layers, base = [Material(contrast, nu), STEEL], Material(0.5, 0.2)
     stack, deep = Stack([4.0, 8.0], layers, base), 600.0
-    columns = Layers([4.0, 8.0, deep], [*layers, base])
+    columns = Stack([4.0, 8.0, deep], [*layers, base])
     fine = {"element": "linear", "first": 0.1, "growth": 1.05}
     q = np.array([2 * np.pi / 128, 2 * np.pi / 64])
     exact = stack.compliance(q)

@@ -9,10 +9,11 @@ from numpy.testing import assert_allclose
 from reference.closed_form.rolling_cylinders import Carter
 from reference.contact.slide import slide
 from reference.fem import Material
-from reference.fem.columns import Layers, tensor
+from reference.fem.columns import tensor
 from reference.fem.grid_body import ShearBody
 from reference.halfspace.friction import FrictionalGrid, FrictionalPress, sweep
 from reference.halfspace.traction import Compliance, NormalAndTangential
+from reference.layered import Stack
 from reference.loads import Load, LoadPath
 from reference.rolling.creep_theories import (
     CreepCoefficients,
@@ -373,7 +374,7 @@ def test_a_coupled_roller_on_elements_is_that_on_the_half_space():
 def test_flow_through_the_mesh_softens_it():
     """Inertia: the compliance of a load that moves, by Rayleigh's function (here nu = 0)."""
     wave = (np.array([2 * np.pi / 64]), np.array([0.0]))
-    layers = Layers([400.0], [Material(2.0, 0.0)])
+    layers = Stack([400.0], [Material(2.0, 0.0)])
     rest, flow = (tensor(wave, (1.0, 1.0), layers, inertia=m)[0, 0, 0] for m in (0.0, 0.01))
     b, a = np.sqrt(1 - 0.01), np.sqrt(1 - 0.01 / 2)
     exact = 0.01 * b / (4 * a * b - (1 + b * b) ** 2)

@@ -27,7 +27,8 @@ from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 from reference.fem import Material
-from reference.fem.columns import Layers, compliance
+from reference.fem.columns import compliance
+from reference.layered import Stack
 
 # A patch whose shortest wave has four points on the coarsest of these grids (eight per side).
 _RECIPE = {
@@ -186,7 +187,7 @@ def element_waves(
     """
     angles = np.array([0.0, np.pi / 4])
     q = 2 * np.pi / wavelength
-    body = Layers([DEPTH * wavelength], [Material(1.0, _NU)])
+    body = Stack([DEPTH * wavelength], [Material(1.0, _NU)])
     phases = q * np.cos(angles), q * np.sin(angles)
     work = compliance(phases, (1.0, 1.0), body, element="quadratic", growth=GROWTH, smooth=True)
     stated = work * q / (2 * (1 - _NU**2))
