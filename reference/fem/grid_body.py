@@ -40,7 +40,7 @@ from reference.fem.columns import ELEMENTS, Element, compliance, tensor
 from reference.fem.contact import EXACT, Enforcement
 from reference.halfspace import kernels
 from reference.halfspace.kernels import FreeOperator
-from reference.halfspace.traction import Cerruti, Compliance, NormalAndTangential
+from reference.halfspace.traction import Cerruti, Compliance, NormalAndTangential, wave_factors
 from reference.layered.layered_grid import (
     Body,
     OfBody,
@@ -166,9 +166,9 @@ class FreeBody(GridBody, FreeOperator):
     """
 
     @property
-    def lifts(self) -> bool:
-        """Whether pressure on a cell raises another one, as elements below long cells do."""
-        return bool(self.elastic.min() < 0)
+    def bounded(self) -> bool:
+        """Not so where pressure on a cell raises another one, as elements below long cells do."""
+        return bool(self.elastic.min() >= 0)
 
     def coefficients(self, shape: tuple[int, int]) -> Array:
         """Coefficients at offsets from zero to less than `shape`: Love's, and what elements add."""
@@ -417,26 +417,18 @@ def beyond_cells(
     elements = tensor(phases, spacing, layers, element=element, inertia=inertia)
     # of the gauge i u_x, i u_y, u_z
     columns = elements[0, 0], elements[1, 1], elements[0, 1], *-elements[2, :2]
-    # tractions uniform on cells, with all periodic images: the factors of the periodic half-space
-    # summed over the aliases, times their sincs
+    # tractions uniform on cells, with all periodic images: the factors of the half-space, times
+    # the sincs of the cells, summed over the aliases
     body = Compliance.of(material.shear_modulus, material.poisson_ratio)
-    c1, c2, c3 = body.normal, body.lateral, body.coupling
     qx, qy = kernels.wavenumbers(period, spacing)
-    sums = [np.zeros((qx.size, qy.size)) for _ in range(5)]
+    sums = np.zeros((5, qx.size, qy.size))
     along, sinc_x = kernels.aliases(qx.ravel(), spacing[0])
     across, sinc_y = kernels.aliases(qy.ravel(), spacing[1])
     for kx, share_x in zip(along, sinc_x, strict=True):
         for ky, share_y in zip(across, sinc_y, strict=True):
-            x, y = kx[:, None], ky[None, :]
-            square = x * x + y * y
-            square[square == 0] = 1.0  # no wave: left out below
-            share = share_x[:, None] * share_y / square
-            size = np.sqrt(square)
-            sums[0] += share * ((c1 + c2) * size - c2 * x * x / size)
-            sums[1] += share * ((c1 + c2) * size - c2 * y * y / size)
-            sums[2] -= share * c2 * x * y / size
-            sums[3] -= share * c3 * x
-            sums[4] -= share * c3 * y
+            share = share_x[:, None] * share_y
+            for total, factor in zip(sums, wave_factors(body, kx[:, None], ky), strict=True):
+                total += share * factor
     # the last two are odd in one coordinate: of imaginary modes
     fields = []
     for ours, theirs, turn in zip(columns, sums, (1, 1, 1, 1j, 1j), strict=True):

@@ -260,14 +260,9 @@ class FreeOperator(ElasticBody):
     periodic = False
 
     @property
-    def lifts(self) -> bool:
-        """Whether pressure on a cell may raise another: never on the half-space."""
-        return False
-
-    @property
     def bounded(self) -> bool:
-        """On the half-space u >= 0; not so below long cells of finite elements, or on rubber."""
-        return not self.lifts
+        """Whether contact lies where g < d: on the half-space pressure lifts no cell, u >= 0."""
+        return True
 
     def __init__(
         self, shape: tuple[int, int], spacing: tuple[float, float], effective_modulus: float

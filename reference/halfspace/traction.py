@@ -82,6 +82,25 @@ class Cerruti(NamedTuple):
     y: Field
 
 
+def wave_factors(compliance: Compliance, qx: Field, qy: Field) -> Cerruti:
+    """Return the factors from waves of traction to displacement; those of no wave are zero.
+
+    u^ = [(c1 + c2) - c2 q q'/|q|^2] q^/|q| for tangential tractions, -i c3 q_x/|q|^2 from them to
+    u_z.
+    """
+    c1, c2, c3 = compliance.normal, compliance.lateral, compliance.coupling
+    square = qx * qx + qy * qy
+    square[square == 0] = np.inf
+    wavenumber = np.sqrt(square)
+    return Cerruti(
+        (c1 + c2 - c2 * qx * qx / square) / wavenumber,
+        (c1 + c2 - c2 * qy * qy / square) / wavenumber,
+        -c2 * qx * qy / square / wavenumber,
+        -c3 * qx / square,
+        -c3 * qy / square,
+    )
+
+
 def cell_integrals(i: ArrayLike, j: ArrayLike, spacing: tuple[float, float]) -> Cerruti:
     """Return integrals of Cerruti's terms over a cell, at a point i, j cells from its centre.
 
@@ -191,26 +210,15 @@ class NormalAndTangential:
         """Fourier factors on the modes of `rfft2`."""
         nx, ny = self.shape
         if self.periodic:
-            # u^ = [(c1 + c2) - c2 q q'/|q|^2] q^/|q| for the tangential tractions, -i c3 q_x/|q|^2
-            # from them to u_z, of band-limited tractions through the cell values. Odd factors have
-            # no Nyquist mode on a real grid
-            qx, qy = kernels.wavenumbers(self.shape, self.spacing)
-            square = qx * qx + qy * qy
-            square[0, 0] = np.inf
-            c1, c2, c3 = self.compliance.normal, self.compliance.lateral, self.compliance.coupling
-            odd_x, odd_y = qx.copy(), qy.copy()
+            # band-limited tractions through the cell values; odd factors have no Nyquist mode on a
+            # real grid
+            grid = kernels.wavenumbers(self.shape, self.spacing)
+            factors = wave_factors(self.compliance, *grid)
             if nx % 2 == 0:
-                odd_x[nx // 2, 0] = 0.0
+                factors.xy[nx // 2] = factors.x[nx // 2] = 0.0
             if ny % 2 == 0:
-                odd_y[0, -1] = 0.0
-            wavenumber = np.sqrt(square)
-            return Cerruti(
-                (c1 + c2 - c2 * qx * qx / square) / wavenumber,
-                (c1 + c2 - c2 * qy * qy / square) / wavenumber,
-                -c2 * odd_x * odd_y / square / wavenumber,
-                -c3 * odd_x / square,
-                -c3 * odd_y / square,
-            )
+                factors.xy[:, -1] = factors.y[:, -1] = 0.0
+            return factors
 
         def transform(quarter: Field, sign_x: int, sign_y: int) -> NDArray[np.complex128]:
             # mirrored to negative offsets, even (1) or odd (-1)

@@ -118,9 +118,9 @@ class LayeredFree(OfBody, FreeOperator):
         self.body = body
 
     @property
-    def lifts(self) -> bool:
-        """Whether pressure on a cell raises another one, as on rubber that is held below."""
-        return bool(self.coefficients(self.shape).min() < 0)
+    def bounded(self) -> bool:
+        """Not so where pressure on a cell raises another one, as on rubber that is held below."""
+        return bool(self.coefficients(self.shape).min() >= 0)
 
     @property
     def _local(self) -> bool:
