@@ -107,7 +107,7 @@ def entrain(ball: Ball, speed: float, resolution: int) -> LineFilm:
     """
     refuse(positive_faults(speed=speed) + count_faults(_FEWEST, resolution=resolution))
     reach = 2 * ENTRAINED * ball.viscosity * speed * ball.radius**2 / ball.load
-    line = _Line(ball, np.sqrt(2) * reach, ENTRAINED, _edges(resolution, _REACH))
+    line = _FilmLine(ball, np.sqrt(2) * reach, ENTRAINED, _edges(resolution, _REACH))
     number = 12 * ball.viscosity * speed * ball.radius**2 / (ball.load * line.length)
     reached, state = line.start(number)
     state, ratio = line.solved(_Flow(line, reached), state, 1.0), _RATIO
@@ -127,7 +127,7 @@ def approach(ball: Ball, speed: float, resolution: int) -> LineFilm:
     refuse(positive_faults(speed=speed) + count_faults(_FEWEST, resolution=resolution))
     rigid = 6 * np.pi * ball.viscosity * ball.radius**2 * speed / ball.load
     reach = np.sqrt(2 * ball.radius * rigid)
-    line = _Line(ball, reach, SQUEEZED, _edges(resolution, _SQUEEZED_REACH))
+    line = _FilmLine(ball, reach, SQUEEZED, _edges(resolution, _SQUEEZED_REACH))
     number = 12 * ball.viscosity * speed * ball.radius**3 / (ball.load * line.length**2)
     ratio = 1 - _FALL / resolution
     share, before, state = line.squeezed(number, ratio)
@@ -139,7 +139,7 @@ def approach(ball: Ball, speed: float, resolution: int) -> LineFilm:
     return line.film(state, speed)
 
 
-class _Line:
+class _FilmLine:
     """The cells of a line, and its springs, in units of l."""
 
     def __init__(self, ball: Ball, reach: float, width: float, edges: np.ndarray) -> None:
@@ -293,7 +293,7 @@ class _Flow:
     two steps before this.
     """
 
-    line: _Line
+    line: _FilmLine
     speed: float
     approach: float = 0.0
     before: _State | None = None

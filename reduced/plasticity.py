@@ -331,7 +331,7 @@ def walk(lines: RoughLines, springs: Yielding, path: LoadPath) -> YieldedLines:
     control = "force" if is_forced(path, "line") else "penetration"
     steps = []
     for row in range(len(lines)):
-        line = _Line(lines[row], springs)
+        line = _YieldingLine(lines[row], springs)
         steps += [line.step(control, float(load)) for load in path.values]
     contacts, left, share = zip(*steps, strict=True)
     shape = len(lines), len(path.values)
@@ -343,7 +343,7 @@ def walk(lines: RoughLines, springs: Yielding, path: LoadPath) -> YieldedLines:
     return YieldedLines(contact, np.reshape(left, shape), np.reshape(share, shape))
 
 
-class _Line:
+class _YieldingLine:
     """A single line with the memory of its springs."""
 
     def __init__(self, line: RoughLines, springs: Yielding) -> None:

@@ -15,7 +15,6 @@ from pathlib import Path
 import numpy as np
 
 from comparisons.scene.scene import builtin_folder
-from reduced.rough.ensemble import Sampling
 from reduced.rough.procedure import Procedure, side_by_side
 from reduced.rough.surface_spectrum import measured
 
@@ -51,9 +50,7 @@ force = LOADS * MODULUS * SIDE**2 * gradient
 # what follows from pressing them. Step 6 (sliding) is not part of this.
 
 # %%
-literal, corrected = side_by_side(
-    measured(height, SIDE), MODULUS, force, sampling=Sampling(50, seed=1)
-)
+literal, corrected = side_by_side(measured(height, SIDE), MODULUS, force, realisations=50, seed=1)
 
 
 # %%

@@ -80,28 +80,6 @@ class RandomLines:
         return RoughLines(heights, period / self.points)
 
 
-@dataclass(frozen=True)
-class Sampling:
-    """Number of lines per surface, and seed of `RandomLines`."""
-
-    realisations: int = 100
-    seed: int = 0
-
-    def __post_init__(self) -> None:
-        refuse(count_faults(realisations=self.realisations))
-
-    def lines(self, spectrum: LineSpectrum, points: int) -> RandomLines:
-        """Return lines of a spectrum with at least these points, enough for its highest mode."""
-        if not np.any(spectrum.power > 0):
-            raise ValueError("the map is flat: its spectrum has no power")
-        # Corner modes are beyond the map's Nyquist wavenumber.
-        points = max(points, 2 * int(np.flatnonzero(spectrum.power > 0)[-1] + 1) + 2)
-        return RandomLines(spectrum, points, self.realisations, self.seed)
-
-
-HUNDRED = Sampling()
-
-
 def press_ensemble(
     lines: RandomLines,
     effective_modulus: float,

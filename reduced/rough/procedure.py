@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from reduced.loads import Load
-from reduced.rough.ensemble import HUNDRED, Ensemble, Sampling, press_ensemble
+from reduced.rough.ensemble import Ensemble, RandomLines, press_ensemble
 from reduced.rough.line_spectrum import LineSpectrum, SumRules, line_of, sum_rules
 from reduced.rough.regions import line_stress
 from reduced.rough.surface_spectrum import RadialAverage, SurfaceSpectrum
@@ -62,7 +62,9 @@ def calculate(
     effective_modulus: float,
     force: ArrayLike,
     variant: Variant = CORRECTED,
-    sampling: Sampling = HUNDRED,
+    *,
+    realisations: int = 100,
+    seed: int = 0,
 ) -> Procedure:
     """Carry out steps 3-5 and 7 of section 19.7 on the spectrum of a prepared map (steps 1, 2).
 
@@ -74,12 +76,17 @@ def calculate(
 
     >>> from reduced.rough.surface_spectrum import measured
     >>> h = np.random.default_rng(0).normal(size=(16, 16))
-    >>> result = calculate(measured(h, 1.0), 1.0, 0.1, sampling=Sampling(3))
+    >>> result = calculate(measured(h, 1.0), 1.0, 0.1, realisations=3)
     >>> round(float(result.sums.ratio[0]), 12), float(result.undefined_share[0])
     (1.0, 0.0)
     """
     line = line_of(surface, variant.spectrum)
-    lines = sampling.lines(line, variant.refinement * max(surface.power.shape))
+    modes = np.flatnonzero(line.power > 0)
+    if modes.size == 0:
+        raise ValueError("the map is flat: its spectrum has no power")
+    # corner modes are beyond the map's Nyquist wavenumber
+    points = max(variant.refinement * max(surface.power.shape), 2 * int(modes[-1] + 1) + 2)
+    lines = RandomLines(line, points, realisations, seed)
     load = Load("force", force)
     ensemble = press_ensemble(lines, effective_modulus, load, edges=variant.edges)
     penetrations = ensemble.samples["penetration"]
@@ -112,11 +119,13 @@ def side_by_side(
     surface: SurfaceSpectrum,
     effective_modulus: float,
     force: ArrayLike,
-    sampling: Sampling = HUNDRED,
+    *,
+    realisations: int = 100,
+    seed: int = 0,
 ) -> tuple[Procedure, Procedure]:
     """Return the results of `calculate` on the same map, as printed and as corrected."""
     literal, corrected = (
-        calculate(surface, effective_modulus, force, variant, sampling)
+        calculate(surface, effective_modulus, force, variant, realisations=realisations, seed=seed)
         for variant in (LITERAL, CORRECTED)
     )
     return literal, corrected

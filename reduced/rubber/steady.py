@@ -112,7 +112,7 @@ def slide(lines: RoughLines, material: Prony, speed: ArrayLike, load: LoadPath) 
     forced = load.one_of(*CONTROLS) == "force"
     rows = [
         [
-            _Line(lines, row, material, v).steady(value, forced)
+            _RubberLine(lines, row, material, v).steady(value, forced)
             for v, value in zip(speeds, loads, strict=True)
         ]
         for row in range(len(lines))
@@ -133,7 +133,7 @@ def slide(lines: RoughLines, material: Prony, speed: ArrayLike, load: LoadPath) 
     )
 
 
-class _Line:
+class _RubberLine:
     """One line, from its highest point on, under a material at one speed."""
 
     def __init__(self, lines: RoughLines, row: int, material: Prony, speed: float) -> None:

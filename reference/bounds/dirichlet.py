@@ -58,7 +58,7 @@ def shells_about(outline: Outline, cells: int, exponent: float) -> tuple[Array, 
     return shells, outline.size * outwards
 
 
-class _Line:
+class _Quadratics:
     """Three quadratic functions per interval: values and slopes (n, 3, q) at its Gauss points.
 
     Bernstein's (1-t)^2, 2 t (1-t), t^2, whose smallest coefficient is below the sum everywhere; or
@@ -142,7 +142,7 @@ class Section:
 
 def rings(radii: Array) -> Section:
     """Return the section of a body of revolution, whole, from the radii of its rings (0 first)."""
-    line = _Line(radii[:-1], radii[1:], bernstein=True)
+    line = _Quadratics(radii[:-1], radii[1:], bernstein=True)
     around = 2 * np.pi * line.places
     rim = np.full((1, 1, 1), 2 * np.pi * radii[-1])
     count = len(radii) - 1
@@ -224,7 +224,7 @@ def fan(shells: Array, *, closed: bool) -> tuple[Section, Indices]:
     local = (basis.element_dofs[:, owner].T[:, None] == on_edge[:, :, None]).argmax(axis=2)
     start, end = mesh.p[:, first], mesh.p[:, last]
     along = (end - start) / np.hypot(*(end - start))
-    line = _Line((start * along).sum(0), (end * along).sum(0), bernstein=True)
+    line = _Quadratics((start * along).sum(0), (end * along).sum(0), bernstein=True)
     section = Section(
         stiffness=stiffness,
         mass=mass,
@@ -263,7 +263,7 @@ class Prisms:
         size = section.unknowns.shape[1] * 3
 
         # integrals of grad phi . grad phi over the prisms
-        line, side, bottom = _Line(depths[:-1], depths[1:]), section.side, depths[-1]
+        line, side, bottom = _Quadratics(depths[:-1], depths[1:]), section.side, depths[-1]
         stiffness = line.form(line.slopes, line.slopes)
         mass = line.form(line.values, line.values)
         matrices = _product(section.stiffness, mass)

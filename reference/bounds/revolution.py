@@ -56,7 +56,7 @@ _STEPS = 2**16
 
 
 @dataclass(frozen=True, eq=False)
-class Profile:
+class ConvexGap:
     """Gap f(r) before contact: f(0) = 0, rising and convex, with a third derivative of one sign.
 
     All functions to a few units in the last place. Equal shapes are one object.
@@ -74,13 +74,13 @@ class Profile:
 
 
 @lru_cache(maxsize=64)
-def power_law(exponent: float, coefficient: float) -> Profile:
+def power_law(exponent: float, coefficient: float) -> ConvexGap:
     """f(r) = c r^n with n >= 1, which is convex; f''' has the sign of n - 2."""
     n, c = exponent, coefficient
     refuse(positive_faults(exponent=n, coefficient=c))
     if n < 1:
         raise ValueError(f"the bounds hold for convex bodies, r^n with n >= 1, not n = {n!r}")
-    return Profile(
+    return ConvexGap(
         gap=lambda r: c * r**n,
         slope=lambda r: c * n * r ** (n - 1),
         moment=lambda r: c / (n + 2) * r ** (n + 2),
@@ -90,19 +90,19 @@ def power_law(exponent: float, coefficient: float) -> Profile:
     )
 
 
-def paraboloid(radius: float) -> Profile:
+def paraboloid(radius: float) -> ConvexGap:
     """Paraboloid r^2/(2R)."""
     refuse(positive_faults(radius=radius))
     return power_law(2.0, 0.5 / radius)
 
 
-def cone(slope: float) -> Profile:
+def cone(slope: float) -> ConvexGap:
     """Cone s r."""
     return power_law(1.0, slope)
 
 
 @lru_cache(maxsize=64)
-def sphere(radius: float) -> Profile:
+def sphere(radius: float) -> ConvexGap:
     """Ball R - sqrt(R^2 - r^2) on r < R, within the linear theory of the half-space."""
     R = radius
     refuse(positive_faults(radius=R))
@@ -121,11 +121,11 @@ def sphere(radius: float) -> Profile:
             )
         return math.sqrt(penetration * (2 * R - penetration))
 
-    return Profile(gap, lambda r: r / np.sqrt((R - r) * (R + r)), moment, reach, deepest=R)
+    return ConvexGap(gap, lambda r: r / np.sqrt((R - r) * (R + r)), moment, reach, deepest=R)
 
 
 @lru_cache(maxsize=64)
-def rounded_punch(flat_radius: float, edge_radius: float) -> Profile:
+def rounded_punch(flat_radius: float, edge_radius: float) -> ConvexGap:
     """Punch, flat up to r = b, then (r - b)^2/(2R)."""
     b, R = flat_radius, edge_radius
     refuse(positive_faults(flat_radius=b, edge_radius=R))
@@ -133,7 +133,7 @@ def rounded_punch(flat_radius: float, edge_radius: float) -> Profile:
     def beyond(r: Array) -> Array:
         return np.maximum(r - b, 0.0)
 
-    return Profile(
+    return ConvexGap(
         gap=lambda r: beyond(r) ** 2 / (2 * R),
         slope=lambda r: beyond(r) / R,
         moment=lambda r: beyond(r) ** 3 * (beyond(r) / 4 + b / 3) / (2 * R),
@@ -142,7 +142,7 @@ def rounded_punch(flat_radius: float, edge_radius: float) -> Profile:
     )
 
 
-def minorant(profile: Profile, radii: Array) -> Array:
+def minorant(profile: ConvexGap, radii: Array) -> Array:
     """Bernstein coefficients (2 n + 1,) of a continuous, piecewise parabolic function below f.
 
     A bound needs the gap everywhere, not at nodes. Where the third derivative of f keeps its sign,
@@ -172,7 +172,7 @@ def minorant(profile: Profile, radii: Array) -> Array:
 
 
 def energy(
-    profile: Profile, penetration: float, effective_modulus: float, *, cells: int = CELLS
+    profile: ConvexGap, penetration: float, effective_modulus: float, *, cells: int = CELLS
 ) -> Interval:
     """Elastic energy, the integral of the force over the penetration, between proved bounds.
 
@@ -189,7 +189,7 @@ def energy(
 
 
 def force(
-    profile: Profile, penetration: float, effective_modulus: float, *, cells: int = CELLS
+    profile: ConvexGap, penetration: float, effective_modulus: float, *, cells: int = CELLS
 ) -> Interval:
     r"""Force at a penetration between proved bounds.
 
@@ -227,7 +227,7 @@ def force(
     return effective_modulus * Interval(circle.force, mean)
 
 
-def stiffness(profile: Profile, penetration: float, effective_modulus: float) -> Interval:
+def stiffness(profile: ConvexGap, penetration: float, effective_modulus: float) -> Interval:
     r"""Stiffness dF/dd at a penetration: 2 E* a with the contact radius a between proved bounds.
 
     Flat punches of all radii x <= a, the one of radius x pushing by dG(x), with
@@ -270,7 +270,7 @@ def stiffness(profile: Profile, penetration: float, effective_modulus: float) ->
 
 
 def penetration(
-    profile: Profile, load: float, effective_modulus: float, *, cells: int = CELLS
+    profile: ConvexGap, load: float, effective_modulus: float, *, cells: int = CELLS
 ) -> Interval:
     """Penetration at a force between proved bounds; beyond `heaviest` a ValueError.
 
@@ -308,12 +308,12 @@ def penetration(
     return Interval(below(min(share, 1.0) * deep, 8), deep)
 
 
-def deepest(profile: Profile) -> float:
+def deepest(profile: ConvexGap) -> float:
     """Penetration up to which force and energy are enclosed: just before the gap ends."""
     return profile.deepest * (1 - _SHORT)
 
 
-def heaviest(profile: Profile, effective_modulus: float) -> float:
+def heaviest(profile: ConvexGap, effective_modulus: float) -> float:
     """Force up to which `penetration` encloses it: that of the best circle at `deepest`."""
     if math.isinf(profile.deepest):
         return math.inf
@@ -348,7 +348,7 @@ class Circle(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def best_circle(profile: Profile, penetration: float) -> Circle:
+def best_circle(profile: ConvexGap, penetration: float) -> Circle:
     """Largest of the lower bounds 2 a (d - <g>) of the force that circles give, for E* = 1.
 
     The pressure of a circular punch is the shadow of a uniform sphere, so <g> is the mean of g over
@@ -383,7 +383,7 @@ def _check(effective_modulus: float, cells: int, **sizes: float) -> None:
     refuse(faults + count_faults(4, cells=cells))
 
 
-def _energy_below(profile: Profile, penetration: float, cells: int) -> float:
+def _energy_below(profile: ConvexGap, penetration: float, cells: int) -> float:
     """Lower bound of the energy for E* = 1."""
     best, radius = 0.0, best_circle(profile, penetration).radius
     for exponent in (_SMOOTH_RINGS, _CORNER_RINGS) if profile.corners else (_SMOOTH_RINGS,):
@@ -394,7 +394,7 @@ def _energy_below(profile: Profile, penetration: float, cells: int) -> float:
     return best
 
 
-def _energy_above(profile: Profile, penetration: float, cells: int) -> float:
+def _energy_above(profile: ConvexGap, penetration: float, cells: int) -> float:
     """Upper bound of the energy for E* = 1, computed in units of the contact radius."""
     radius = best_circle(profile, penetration).radius
     # halfway from the contact to where d = g the gap goes on along its tangent: a convex gap is not

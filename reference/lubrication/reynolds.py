@@ -287,13 +287,12 @@ class Approach:
     """Bodies that approach at a speed V, L = 12 eta V: one step in time.
 
     `before` is the film one step ago, `earlier` two steps ago. The separation is the clock: it
-    falls by V dt. Its derivative is a backward difference of second order on steps of any size (of
-    first order where only one earlier film is known).
+    falls by V dt. Its derivative is a backward difference of second order on steps of any size.
     """
 
     speed: float
     before: FilmState
-    earlier: FilmState | None = None
+    earlier: FilmState
 
     def balance(self, film: Film, state: FilmState) -> Field:
         """Return the volume of oil that leaves each cell per time, and what it stores."""
@@ -325,12 +324,10 @@ class Approach:
 
     def _oil(self, film: Film, state: FilmState) -> list[Field]:
         """Oil of this film and earlier ones."""
-        return [film.oil(s) for s in (state, self.before, self.earlier) if s is not None]
+        return [film.oil(s) for s in (state, self.before, self.earlier)]
 
     def _weights(self, fall: float) -> tuple[float, ...]:
         """Weights of the oil of these films in d(oil)/dt over V."""
-        if self.earlier is None:
-            return 1 / fall, -1 / fall
         last = self.earlier.separation - self.before.separation
         both = fall + last
         return (fall + both) / (fall * both), -both / (fall * last), fall / (last * both)

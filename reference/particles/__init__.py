@@ -5,7 +5,6 @@ from __future__ import annotations
 from reference.particles.automata import (
     Automata,
     Domain,
-    Elastic,
     Packing,
     half_space_packing,
     periodic_packing,
@@ -15,7 +14,6 @@ from reference.particles.particle_body import ParticleContact, ParticleHalfSpace
 __all__ = [
     "Automata",
     "Domain",
-    "Elastic",
     "Packing",
     "ParticleContact",
     "ParticleHalfSpace",

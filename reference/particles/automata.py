@@ -43,7 +43,8 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from reference.contact import pieces
-from reference.errors import poisson_faults, positive_faults, refuse
+from reference.elasticity import lame_parameters
+from reference.errors import positive_faults, refuse
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int32]
@@ -175,43 +176,16 @@ def periodic_packing(counts: tuple[int, int, int]) -> Packing:
     return Packing(nodes * UNITS, np.stack(neighbours, axis=1), len(nodes))
 
 
-@dataclass(frozen=True)
-class Elastic:
-    """Moduli of an isotropic elastic material in units of Young's modulus.
-
-    -1 < nu < 0.5: the mean stress follows the strain, which incompressible automata would not have.
-    """
-
-    poisson_ratio: float
-
-    def __post_init__(self) -> None:
-        faults = poisson_faults(self.poisson_ratio)
-        if self.poisson_ratio == 0.5:
-            faults = [
-                "poisson_ratio must be below 0.5: mean stress follows from a change of volume"
-            ]
-        refuse(faults)
-
-    @property
-    def shear(self) -> float:
-        """G/E = 1/(2 (1 + nu))."""
-        return 0.5 / (1 + self.poisson_ratio)
-
-    @property
-    def lame(self) -> float:
-        """lambda/E = nu/((1 + nu)(1 - 2 nu))."""
-        return self.poisson_ratio / ((1 + self.poisson_ratio) * (1 - 2 * self.poisson_ratio))
-
-
-@dataclass(frozen=True, eq=False)
 class Automata:
     """A packing of one elastic material: forces that follow from displacements.
 
-    Lengths are in units of the spacing, forces of E r0^2.
+    Lengths are in units of the spacing, moduli of E, forces of E r0^2. The mean stress follows the
+    strain, which incompressible automata would not have.
     """
 
-    packing: Packing
-    material: Elastic
+    def __init__(self, packing: Packing, poisson_ratio: float) -> None:
+        self.packing, self.poisson_ratio = packing, poisson_ratio
+        self.lame, self.shear = lame_parameters(poisson_ratio)
 
     def strains(self, moved: Floats, traces: Floats) -> None:
         """Write the relative changes of volume (n,) of the automata that may move.
@@ -249,7 +223,7 @@ class Automata:
         """Let threads share automata: each writes to the last of the fields, reads the others."""
         *read, out = fields
         near, surface = self.packing.neighbours, self.packing.surface
-        given = *read, near, surface, self.material.shear, self.material.lame, out
+        given = *read, near, surface, self.shear, self.lame, out
         pieces.over(len(out), PIECE, lambda part: compiled(part.start, part.stop, *given))
         return out
 
@@ -301,7 +275,7 @@ class Leapfrog:
         return energies
 
 
-def wave_speeds(material: Elastic, wave: ArrayLike) -> Floats:
+def wave_speeds(poisson_ratio: float, wave: ArrayLike) -> Floats:
     """Return the speeds of the plane waves of a wave vector (in 1/r0), ascending.
 
     Three of displacement; those of rotation are cut off at high frequencies and left out. From the
@@ -309,21 +283,22 @@ def wave_speeds(material: Elastic, wave: ArrayLike) -> Floats:
 
     Long waves have the speeds of the continuum, sqrt(G/rho) twice and sqrt((lambda + 2 G)/rho):
 
-    >>> speeds = wave_speeds(Elastic(0.25), [1e-3, 0.0, 0.0])
+    >>> speeds = wave_speeds(0.25, [1e-3, 0.0, 0.0])
     >>> (speeds**2).round(5).tolist()
     [0.4, 0.4, 1.2]
     """
     wave = np.asarray(wave, dtype=float)
-    stiffness = wave_stiffness(material, wave) / np.sqrt(np.outer(MASSES, MASSES))
+    stiffness = wave_stiffness(poisson_ratio, wave) / np.sqrt(np.outer(MASSES, MASSES))
     frequencies = np.sqrt(np.maximum(np.linalg.eigvalsh(stiffness)[:3], 0.0))
     return frequencies / np.linalg.norm(wave)
 
 
-def wave_stiffness(material: Elastic, wave: Floats) -> NDArray[np.complex128]:
+def wave_stiffness(poisson_ratio: float, wave: Floats) -> NDArray[np.complex128]:
     """Return the (6, 6) Hermitian stiffness of an automaton in a plane wave of the packing.
 
     From the energy, bond by bond.
     """
+    lame, shear = lame_parameters(poisson_ratio)
     total = np.zeros((6, 6), dtype=complex)
     volume = np.zeros(3, dtype=complex)
     for normal in DIRECTIONS:
@@ -339,8 +314,8 @@ def wave_stiffness(material: Elastic, wave: Floats) -> NDArray[np.complex128]:
         )
         strain = np.hstack([(there - 1) * np.eye(3), 0.5 * (there + 1) * cross])
         # each bond belongs to two automata, and has 2 G of V/4 in its face
-        total += material.shear * FACE * strain.conj().T @ strain
-    total[:3, :3] += VOLUME * material.lame * np.outer(volume.conj(), volume)
+        total += shear * FACE * strain.conj().T @ strain
+    total[:3, :3] += VOLUME * lame * np.outer(volume.conj(), volume)
     return total
 
 

@@ -29,7 +29,6 @@ from reference.particles.automata import (
     UNFLOWED,
     Automata,
     Domain,
-    Elastic,
     Packing,
     components,
     half_space_packing,
@@ -66,9 +65,9 @@ class ParticleContact:
     `reactions` and `displacement` (m,) are forces on the automata of the surface and how far they
     are pressed in; those that touch are `active`. `steps` counts how often the forces between all
     automata were computed; `history` is the unbalanced share of the reactions, by step of the last
-    round. Of all automata `moved` (n, 6) are displacements in units of the spacing and rotations,
-    `traces` (n,) relative changes of volume, both with a first axis of two for a pair; `flowed`
-    (n, 3, 3) plastic strains, none at all where none can flow.
+    round. Of all automata of each body `moved` (bodies, n, 6) are displacements in units of the
+    spacing and rotations, `traces` (bodies, n) relative changes of volume; `flowed` (n, 3, 3)
+    plastic strains, none at all where none can flow.
     """
 
     penetration: float
@@ -160,7 +159,7 @@ class ParticleHalfSpace:
         refuse(positive_faults(spacing=spacing, **moduli))
         self.domain, self.spacing, self.youngs_modulus = domain, spacing, materials[0][0]
         packing = half_space_packing(domain.half_widths)
-        self.all_automata = [Automata(packing, Elastic(nu)) for _, nu in materials]
+        self.all_automata = [Automata(packing, nu) for _, nu in materials]
         self.automata = self.all_automata[0]
         self.ratios = [modulus / self.youngs_modulus for modulus, _ in materials]
         self.bodies = len(materials)
@@ -179,7 +178,7 @@ class ParticleHalfSpace:
     @property
     def effective_modulus(self) -> float:
         """E* of all bodies, by which the search begins; the contact does not depend on it."""
-        squares = [1 - automata.material.poisson_ratio**2 for automata in self.all_automata]
+        squares = [1 - automata.poisson_ratio**2 for automata in self.all_automata]
         return self.youngs_modulus / sum(np.divide(squares, self.ratios).tolist())
 
     def equivalent_stresses(self, contact: ParticleContact) -> Floats:
@@ -187,12 +186,7 @@ class ParticleHalfSpace:
         tensors = [
             modulus * automata.stresses(moved, traces, contact.flowed)
             for automata, modulus, moved, traces in zip(
-                *(self.all_automata, self.ratios),
-                *(
-                    contact.moved.reshape(self._moved.shape),
-                    contact.traces.reshape(self.bodies, -1),
-                ),
-                strict=True,
+                self.all_automata, self.ratios, contact.moved, contact.traces, strict=True
             )
         ]
         return self.youngs_modulus * von_mises(components(np.concatenate(tensors)))
@@ -204,7 +198,7 @@ class ParticleHalfSpace:
         """
         packing = self.automata.packing
         sides = np.array([[1.0, 1.0, 1.0], [1.0, 1.0, -1.0]])[: self.bodies, None]
-        moved = contact.moved.reshape(self._moved.shape)[:, : packing.free, :3] * self.spacing
+        moved = contact.moved[:, : packing.free, :3] * self.spacing
         places = packing.places[: packing.free] * self.spacing
         return (
             (places * sides).reshape(-1, 3),
@@ -438,7 +432,7 @@ class ParticleHalfSpace:
             active=active,
             steps=steps,
             history=rest.history,
-            moved=self._moved.copy() if self.bodies > 1 else self._moved[0].copy(),
-            traces=self._traces.copy() if self.bodies > 1 else self._traces[0].copy(),
+            moved=self._moved.copy(),
+            traces=self._traces.copy(),
             flowed=self.flowed.copy(),
         )

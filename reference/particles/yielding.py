@@ -91,6 +91,7 @@ class PlasticHalfSpace(ParticleHalfSpace):
                 contact, last = self._agreed(
                     gap, stage, origin, last, forced=forced, balance=balance
                 )
+                self._before = self.flowed, self.amount
             yield contact
 
     def residual_depth(self, gap: ArrayLike, *, balance: float = BALANCE) -> float:
@@ -101,15 +102,17 @@ class PlasticHalfSpace(ParticleHalfSpace):
         self, gap: Floats, balance: float, *, depth: float | None = None, keep: bool = False
     ) -> ParticleContact:
         """Return the body without load, at a given penetration or where contact is lost."""
-        state = self.flowed, self.amount, self._before
+        state = self._before
         none, nothing = np.zeros(0, dtype=np.int64), np.zeros(0)
         moved, sources = np.zeros(self._forces.size), np.zeros(self._far[0].shares.shape[1])
         rest = Rest(moved, nothing, np.zeros(0, dtype=bool), 0, [0.0])
         if self.amount.any():
             rest = self._relaxed(none, nothing, moved, sources, balance)
         left = self._contact(0.0, sources, rest, nothing, none, rest.steps)
-        if not keep:
-            self.flowed, self.amount, self._before = state
+        if keep:
+            self._before = self.flowed, self.amount
+        else:
+            self.flowed, self.amount = state
         if depth is None:
             depth = float(np.min(gap + left.displacement / self.spacing))
         return replace(left, penetration=depth * self.spacing)
@@ -118,7 +121,7 @@ class PlasticHalfSpace(ParticleHalfSpace):
         self, numbers: Numbers, floor: Floats, moved: Floats, sources: Floats, balance: float
     ) -> Rest:
         """Solve for displacements and plastic strains in turn until no automaton yields further."""
-        free, double = self.automata.packing.free, 2 * self.automata.material.shear
+        free, double = self.automata.packing.free, 2 * self.automata.shear
         begun, amount = self._before
         history: list[float] = []
         steps, pace, last = 0, 1.0, self.flowed
@@ -152,19 +155,6 @@ class PlasticHalfSpace(ParticleHalfSpace):
             f"stresses are {history[-1]:.1%} of the yield stress off after {MOST_TURNS} turns",
             history,
         )
-
-    def _contact(
-        self,
-        depth: float,
-        sources: Floats,
-        rest: Rest,
-        reactions: Floats,
-        near: Numbers,
-        steps: int,
-    ) -> ParticleContact:
-        """Return the contact, from whose plastic strains the next load begins."""
-        self._before = self.flowed, self.amount
-        return super()._contact(depth, sources, rest, reactions, near, steps)
 
 
 def deviator(stresses: Floats) -> Floats:

@@ -201,7 +201,7 @@ class Walk:
                 values = load * np.array(shares[::-1])
                 values = values[values > now * (1 + 1e-9)]
             for value in values:
-                state = self.step_to(state, **{control: value})
+                state = self.step_to(state, control, value)
             area = 0.0
             if state.force > 0:
                 area = self.mesh.contact_area(self.shape, state.penetration, state.unknowns)
@@ -231,7 +231,7 @@ class Walk:
             return moment.counted_area
         states = [state]
         for share in _UNLOADED:
-            states.append(self.step_to(states[-1], force=share * state.force))
+            states.append(self.step_to(states[-1], "force", share * state.force))
         risen = np.array([s.penetration - state.penetration for s in states])
         root = np.array([s.force / state.force for s in states]) ** (2 / 3)
         unit = -risen[-1]
@@ -249,14 +249,14 @@ class Walk:
         state = moment.state
         if not state.points.amount.any():
             return 0.0
-        left = self.step_to(state, force=0.0) if state.force > 0 else state
+        left = self.step_to(state, "force", 0.0) if state.force > 0 else state
         return self.length * self._touched(left.unknowns)
 
     def given_back(self, moment: DentMoment) -> float:
         """Return the work that the body gives back if the indenter is lifted off from here."""
         state, work = moment.state, 0.0
         for share in 1 - np.arange(1, _GIVEN_BACK + 1) / _GIVEN_BACK:
-            lifted = self.step_to(state, force=moment.state.force * share**1.5)
+            lifted = self.step_to(state, "force", moment.state.force * share**1.5)
             risen = state.penetration - lifted.penetration
             work += elastic_work(risen, (state.force, lifted.force))
             state = lifted
@@ -271,44 +271,32 @@ class Walk:
     def step_to(
         self,
         state: PlasticState,
-        *,
-        penetration: float | None = None,
-        force: float | None = None,
+        control: str,
+        value: float,
+        halvings: int = _HALVINGS,
     ) -> PlasticState:
         """Take one step to a penetration or to a force, in the units of states.
 
         A force of 0 lifts the indenter off. Where a step fails it goes by halves of it.
         """
-        if (penetration is None) == (force is None):
-            raise ValueError("give either a penetration or a force")
-        return self._halved(state, penetration, force, 0)
-
-    def _halved(
-        self, state: PlasticState, penetration: float | None, force: float | None, halvings: int
-    ) -> PlasticState:
-        """Take a step that is the result of so many halvings, or two halves of it."""
         try:
-            return self._newton(state, penetration, force)
+            return self._newton(state, control, value)
         except ConvergenceError:
-            if halvings == _HALVINGS or (force == 0 and state.force == 0):
+            now = getattr(state, control)
+            if halvings == 0 or (control == "force" and value == now == 0):
                 raise
-        half = (
-            None if penetration is None else (state.penetration + penetration) / 2,
-            None if force is None else (state.force + force) / 2,
-        )
-        half_way = self._halved(state, *half, halvings + 1)
-        return self._halved(half_way, penetration, force, halvings + 1)
+        half_way = self.step_to(state, control, (now + value) / 2, halvings - 1)
+        return self.step_to(half_way, control, value, halvings - 1)
 
-    def _newton(
-        self, state: PlasticState, target: float | None, force: float | None
-    ) -> PlasticState:
+    def _newton(self, state: PlasticState, control: str, value: float) -> PlasticState:
         """Find the balance at a depth, or under a force, by Newton's method with a line search.
 
         Under a force the depth is an unknown, too; a force of 0 has lifted the indenter off.
         """
-        mesh, surface, lifted = self.mesh, self.mesh.surface, force == 0
-        forced = force is not None and not lifted
-        depth = state.penetration if target is None else target
+        mesh, surface = self.mesh, self.mesh.surface
+        depth, force = (state.penetration, value) if control == "force" else (value, 0.0)
+        lifted = control == "force" and force == 0
+        forced = control == "force" and not lifted
         unknowns, history = state.unknowns, []
         if state.rate is not None and depth > state.penetration:
             unknowns = unknowns + (depth - state.penetration) * state.rate
@@ -320,8 +308,8 @@ class Walk:
         for rounds in range(_ROUNDS):
             # what is out of balance: forces on the unknowns, and the prescribed one
             residual, overlap, carried, (stress, points, tangent) = balance
-            lack = force - carried if forced and force is not None else 0.0
-            scale = max(carried, force or 0.0, 1e-3 * state.peak)
+            lack = force - carried if forced else 0.0
+            scale = max(carried, force, 1e-3 * state.peak)
             size = float(np.hypot(np.linalg.norm(residual), lack))
             history.append(size / scale if scale > 0 else size)
             if history[-1] <= TOLERANCE:
@@ -351,7 +339,7 @@ class Walk:
             for search in range(_SEARCHES):
                 tried = unknowns + share * change, depth + share * deeper
                 balance = self._balance(state, *tried, lifted=lifted)
-                lack = 0.0 if force is None else force - balance[2]
+                lack = force - balance[2] if forced else 0.0
                 slope = float(balance[0] @ change - lack * deeper)
                 if abs(slope) <= 0.5 * abs(first) or search == _SEARCHES - 1:
                     break
@@ -466,7 +454,7 @@ def first_yield(
 
     def excess(depth: float) -> float:
         walk = Walk(elastic, shape, contact_radius(depth), per_radius=per_radius, even=even)
-        state = walk.step_to(walk.virgin, penetration=depth / walk.length)
+        state = walk.step_to(walk.virgin, "penetration", depth / walk.length)
         return float(np.log(von_mises(state.stress).max() * modulus / material.yield_stress))
 
     here, value, slope = float(np.log(start)), excess(start), 0.5

@@ -41,7 +41,7 @@ from reference.lubrication import formulas
 from reference.lubrication import point as film
 from reference.lubrication.reynolds import rigid_cylinder
 from reference.lubrication.rough_planes import plane_flow
-from reference.particles import Domain, Elastic, ParticleHalfSpace
+from reference.particles import Automata, Domain, ParticleHalfSpace
 from reference.particles.bonds import Asperities
 from reference.plastic import PlasticMaterial, Walk
 from reference.rolling.creep_theories import kalker
@@ -267,12 +267,10 @@ WRONG = {
             ("per_radius", "smallest"),
             lambda: Walk(PlasticMaterial(STEEL, 2e-3), np.square, 1.0, smallest=2.0, per_radius=1),
         ),
-        (
-            "either a penetration or a force",
-            lambda: Walk(PlasticMaterial(STEEL, 2e-3), np.square, 1.0, per_radius=2).step_to(None),
-        ),
     ],
-    "particles": [("poisson_ratio must", partial(Elastic, nu)) for nu in (0.5, 0.6, -1.0, np.nan)]
+    "particles": [
+        ("poisson_ratio must", partial(Automata, None, nu)) for nu in (0.5, 0.6, -1.0, np.nan)
+    ]
     + [
         ("loaded_x.*; margin", lambda: Domain((-1.0, 2.0), np.nan)),
         ("gap must have one number", lambda: next(particles().press([1.0, 2.0], DEPTH))),

@@ -338,7 +338,7 @@ def test_elastic_limit_is_hertz_of_an_ellipse(monkeypatch, far, within):
     depth = 1.0
     elastic = PlasticMaterial(Material(1.0, NU), np.inf)
     walk = Walk(elastic, oval, half_widths(depth), per_radius=2)
-    state = walk.step_to(walk.virgin, penetration=depth / walk.length)
+    state = walk.step_to(walk.virgin, "penetration", depth / walk.length)
     # two elements on a half-width: 2e-3 measured, of a circle 3e-3; a mesh of three half-widths
     # leaves what falls with their cube
     assert_allclose(state.force * walk.length**2, float(OVAL.force(depth)), rtol=within)

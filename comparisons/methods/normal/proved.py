@@ -34,7 +34,7 @@ from reference.bounds.interval import POWER, Interval, above, below
 from reference.bounds.patches import Patch
 from reference.bounds.periodic import PeriodicSurface
 from reference.bounds.revolution import (
-    Profile,
+    ConvexGap,
     cone,
     paraboloid,
     power_law,
@@ -218,7 +218,7 @@ def _more(cells: tuple[int, int], finer: float) -> tuple[int, int]:
     return round(cells[0] * finer), round(cells[1] * finer)
 
 
-def _profile(indenter: Indenter) -> Profile | None:
+def _profile(indenter: Indenter) -> ConvexGap | None:
     if isinstance(indenter, round_shapes.Paraboloid):
         return paraboloid(indenter.radius)
     if isinstance(indenter, round_shapes.Sphere):
@@ -235,7 +235,7 @@ def _profile(indenter: Indenter) -> Profile | None:
 
 
 @lru_cache(maxsize=32)
-def _round_energy(profile: Profile, cells: int) -> Interval:
+def _round_energy(profile: ConvexGap, cells: int) -> Interval:
     """Energy at a penetration of 1 for E* = 1: a body with a degree has no length of its own."""
     return revolution.energy(profile, 1.0, 1.0, cells=cells)
 

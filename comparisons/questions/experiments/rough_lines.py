@@ -34,7 +34,7 @@ from comparisons.questions.experiments.rough_ensemble import (
 from comparisons.solving.shared import shared
 from reduced.loads import Load
 from reduced.rough import surface_spectrum
-from reduced.rough.ensemble import RandomLines, Sampling
+from reduced.rough.ensemble import RandomLines
 from reduced.rough.line_spectrum import line_of
 from reduced.rough.press import press
 from reduced.rough.procedure import Procedure, side_by_side
@@ -267,7 +267,7 @@ _COUNTS: dict[Effort, tuple[int, int]] = {"quick": (12, 20), "full": (60, 60)}
 def _calculated(surface: Surface, load: float, map_number: int, lines: int) -> dict[str, Procedure]:
     """Return the procedure's results for a map, as printed and as corrected; E* = A0 = h' = 1."""
     spectrum = measured(surface.heights(map_number), 1.0, surface.periodic)
-    procedures = side_by_side(spectrum, 1.0, load, Sampling(lines, seed=map_number))
+    procedures = side_by_side(spectrum, 1.0, load, realisations=lines, seed=map_number)
     return dict(zip(("literal", "corrected"), procedures, strict=True))
 
 

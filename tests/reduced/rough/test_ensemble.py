@@ -93,5 +93,3 @@ def test_bad_arguments_are_all_named():
         run(0)
     with pytest.raises(ValueError, match="quantities"):
         run(quantities=["colour"])
-    with pytest.raises(ValueError, match="realisations"):
-        ensemble.Sampling(0)

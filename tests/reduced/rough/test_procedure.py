@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reduced.rough.ensemble import Sampling
 from reduced.rough.procedure import CORRECTED, LITERAL, calculate, side_by_side
 from reduced.rough.surface_spectrum import measured
 
@@ -31,9 +30,7 @@ def both():
     amplitude = np.where((q > 0) & (q < 16), np.maximum(q, 1) ** -1.8, 0.0)
     noise = np.fft.fft2(rng.normal(size=(32, 32)))
     height = np.fft.ifft2(amplitude * np.exp(1j * np.angle(noise)), norm="forward").real
-    return height, side_by_side(
-        measured(height, 1.0, periodic=True), 1.0, FORCE, sampling=Sampling(30)
-    )
+    return height, side_by_side(measured(height, 1.0, periodic=True), 1.0, FORCE, realisations=30)
 
 
 def test_corrected_keeps_the_height_and_the_letter_does_not(both):
@@ -77,7 +74,7 @@ def test_one_bump_is_hertz():
     radius = 1 / (4 * np.pi**2)
     depth = 1e-2
     force = 4 * np.sqrt(2) / 3 * np.sqrt(radius * depth**3)
-    result = calculate(measured(height, 1.0, periodic=True), 1.0, [force], sampling=Sampling(4))
+    result = calculate(measured(height, 1.0, periodic=True), 1.0, [force], realisations=4)
     assert result.ensemble["contact_count"].mean[0] == 1
     area = result.ensemble["contact_area"].mean[0]
     assert area == pytest.approx(np.pi * 2 * radius * depth, rel=0.03)
@@ -89,7 +86,7 @@ def test_options_reach_the_lines(both):
     """Seeds give other lines; the literal line has the spacing of the map."""
     height, (literal, _) = both
     surface = measured(height, 1.0, periodic=True)
-    other = calculate(surface, 1.0, FORCE, LITERAL, Sampling(30, seed=1))
+    other = calculate(surface, 1.0, FORCE, LITERAL, realisations=30, seed=1)
     assert np.all(other.ensemble["contact_area"].mean != literal.ensemble["contact_area"].mean)
     lengths = np.concatenate(literal.contact_sizes) * 32
     np.testing.assert_allclose(lengths, np.rint(lengths), atol=1e-9)
@@ -122,4 +119,4 @@ def test_the_table_of_convergence_has_a_row_for_each_shape_and_edge():
 def test_a_level_map_is_refused():
     """No waves, no line: said in words."""
     with pytest.raises(ValueError, match="flat"):
-        calculate(measured(np.full((8, 8), 3.0), 1.0), 1.0, FORCE, sampling=Sampling(2))
+        calculate(measured(np.full((8, 8), 3.0), 1.0), 1.0, FORCE, realisations=2)
