@@ -24,7 +24,7 @@ from reduced.profiles.equivalents import (
 from reduced.rough.ensemble import RandomLines, press_ensemble
 from reduced.rough.line_spectrum import LineSpectrum, line_of, prescribed, sum_rules
 from reduced.rough.press import RoughLines, press
-from reduced.rough.surface_spectrum import SelfAffine, self_affine
+from reduced.rough.surface_spectrum import SelfAffineLaw, self_affine
 from reduced.springs.indent import indent
 from reduced.springs.line import Springs
 from reduced.springs.stress import abel, local_rule, one_radius_rule
@@ -127,9 +127,9 @@ def printed_height() -> list[list[str]]:
         cells = [f"{hurst}"]
         for n in MODES:
             sampled = prescribed(
-                n, 1.0, SelfAffine(hurst=hurst, rms_height=1.0), rule="printed"
+                n, 1.0, SelfAffineLaw(hurst=hurst, rms_height=1.0), rule="printed"
             ).rms_height
-            surface = self_affine(n, 1.0, SelfAffine(hurst=hurst, rms_height=1.0))
+            surface = self_affine(n, 1.0, SelfAffineLaw(hurst=hurst, rms_height=1.0))
             averaged = line_of(surface, "printed").rms_height
             cells.append(f"{100 * (sampled - 1):+.1f} / {100 * (averaged - 1):+.1f}")
         rows.append(cells)
@@ -142,7 +142,7 @@ def rules() -> list[list[str]]:
     for n in (64, 512):
         for roll_off in (None, 1 / 8):
             surface = self_affine(
-                n, 1.0, SelfAffine(hurst=0.8, rms_height=1.0, long_cutoff=roll_off)
+                n, 1.0, SelfAffineLaw(hurst=0.8, rms_height=1.0, long_cutoff=roll_off)
             )
             for rule in ("rings", "split", "printed"):
                 ratio = sum_rules(surface, line_of(surface, rule)).ratio - 1

@@ -17,7 +17,7 @@ from reduced.memory.materials import kelvin_voigt, standard_solid
 from reduced.rough.ensemble import RandomLines
 from reduced.rough.line_spectrum import line_of, prescribed
 from reduced.rough.press import RoughLines, press
-from reduced.rough.surface_spectrum import SelfAffine, measured
+from reduced.rough.surface_spectrum import SelfAffineLaw, measured
 from reduced.rubber.history import slide_as_printed, slide_in_time
 from reduced.rubber.steady import slide
 from reference import loads as reference_loads
@@ -29,7 +29,7 @@ from reports.tables.written import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "viscoelastic.md"
 LOAD = 3e-3
-SPECTRUM = prescribed(64, 1.0, SelfAffine(hurst=0.8, rms_slope=0.1, short_cutoff=1 / 16))
+SPECTRUM = prescribed(64, 1.0, SelfAffineLaw(hurst=0.8, rms_slope=0.1, short_cutoff=1 / 16))
 RUBBER = kelvin_voigt(1.0, 1.0)
 
 

@@ -18,7 +18,7 @@ from reduced.loads import Load, LoadPath
 from reduced.profiles import equivalents
 from reduced.rough.ensemble import RandomLines
 from reduced.rough.line_spectrum import prescribed
-from reduced.rough.surface_spectrum import SelfAffine
+from reduced.rough.surface_spectrum import SelfAffineLaw
 from reduced.springs.line import Springs
 from reference import closed_form, surfaces
 from reference import loads as reference_loads
@@ -414,7 +414,7 @@ def rough() -> list[list[str]]:
 
 def _lines(load: float, shares: np.ndarray, options: dict) -> list[np.ndarray]:
     """Displacements of 100 lines of the same spectrum, springs 4G/(2 - nu), any nu."""
-    drawn = RandomLines(prescribed(64, 1.0, SelfAffine(**options)), 512, 100).draw()
+    drawn = RandomLines(prescribed(64, 1.0, SelfAffineLaw(**options)), 512, 100).draw()
     force = load * 0.1
     path = slide_lines(
         drawn,

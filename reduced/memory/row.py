@@ -39,7 +39,6 @@ class SpringLaw(NamedTuple):
     moduli: np.ndarray
     times: np.ndarray
     viscosity: float
-    fluid: bool
     compliances: np.ndarray
     retardations: np.ndarray
     spread: np.ndarray  # tau_j/(tau_j - lambda_k), shape (arms, modes)
@@ -55,7 +54,6 @@ def law_of(material: Prony, speed: float = 1.0) -> SpringLaw:
         material.moduli,
         speed * material.times,
         float(speed * material.viscosity),
-        material.long_term == 0,
         np.asarray(creep.compliances),
         speed * np.asarray(creep.times),
         spread,
@@ -87,7 +85,7 @@ def let_go(law, deflection, arms, modes):
         modes[k] = law.compliances[k] * total
         permanent -= modes[k]
     arms[:] = 0.0
-    return permanent if law.fluid else 0.0
+    return permanent if law.long_term == 0 else 0.0
 
 
 @njit(cache=True)

@@ -94,8 +94,8 @@ def press_ensemble(
     of realisations.
 
     >>> from reduced.rough.line_spectrum import prescribed
-    >>> from reduced.rough.surface_spectrum import SelfAffine
-    >>> line = prescribed(64, 1.0, SelfAffine(hurst=0.8, rms_slope=0.1))
+    >>> from reduced.rough.surface_spectrum import SelfAffineLaw
+    >>> line = prescribed(64, 1.0, SelfAffineLaw(hurst=0.8, rms_slope=0.1))
     >>> pressed = press_ensemble(RandomLines(line, 256, 20), 1.0, Load("force", [1e-4, 1e-3]))
     >>> pressed["contact_area"].mean.shape, pressed["contact_area"].quantiles.shape
     ((2,), (5, 2))

@@ -23,7 +23,7 @@ from reduced.errors import choice_faults, positive_faults, refuse
 from reduced.rough.surface_spectrum import (
     ROUNDING,
     Grid,
-    SelfAffine,
+    SelfAffineLaw,
     Spectrum,
     SurfaceSpectrum,
     self_affine,
@@ -73,7 +73,7 @@ class SumRules:
 def sum_rules(surface: SurfaceSpectrum, line: LineSpectrum) -> SumRules:
     """Compare the moments of a surface with those of a line made from it.
 
-    >>> surface = self_affine(64, 1.0, SelfAffine(hurst=0.8, rms_slope=0.1))
+    >>> surface = self_affine(64, 1.0, SelfAffineLaw(hurst=0.8, rms_slope=0.1))
     >>> for rule in ("rings", "split", "printed"):
     ...     print(rule, np.round(sum_rules(surface, line_of(surface, rule)).ratio, 3))
     rings [1.    0.981 0.997]
@@ -122,7 +122,7 @@ def line_of(surface: SurfaceSpectrum, rule: str = "rings") -> LineSpectrum:
 def prescribed(
     points: int | tuple[int, int],
     size: float | tuple[float, float],
-    roughness: SelfAffine,
+    roughness: SelfAffineLaw,
     rule: str = "rings",
 ) -> LineSpectrum:
     """Return the line spectrum of a synthetic self-affine surface from its parameters.

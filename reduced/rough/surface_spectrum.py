@@ -173,7 +173,7 @@ def measured(
 
 
 @dataclass(frozen=True)
-class SelfAffine:
+class SelfAffineLaw:
     """Self-affine roughness: C2D ~ q^-power for q_l <= q <= q_s, a plateau below q_l.
 
     q_l = 2 pi/long_cutoff and q_s = 2 pi/short_cutoff; C2D is zero beyond q_s. Cutoffs are circles
@@ -250,7 +250,7 @@ class Grid:
 
 
 def self_affine(
-    points: int | tuple[int, int], size: float | tuple[float, float], roughness: SelfAffine
+    points: int | tuple[int, int], size: float | tuple[float, float], roughness: SelfAffineLaw
 ) -> SurfaceSpectrum:
     """Return the spectrum of a synthetic self-affine surface, with zero Nyquist modes.
 

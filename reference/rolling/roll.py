@@ -253,7 +253,6 @@ class TransientStep:
     force: float
     tangential_force: float
     lateral_force: float
-    contact_cells: int
     traction: Fields = field(repr=False)
 
 
@@ -286,7 +285,6 @@ def roll_on(
             force=float(pressure.sum() * body.cell_area),
             tangential_force=float(along),
             lateral_force=float(across),
-            contact_cells=int(np.count_nonzero(bound)),
             traction=traction,
         )
 

@@ -12,7 +12,7 @@ from comparisons.geometry.prepare import RoughGeometry
 from comparisons.methods.solver import Refused, Solver
 from comparisons.scene.loading import AbsoluteLoads
 from comparisons.scene.scene import Scene
-from comparisons.scene.surface import SelfAffine as SelfAffineTable
+from comparisons.scene.surface import SelfAffine
 from comparisons.tasks.distributions import Stretches, of_values, wanted
 from comparisons.tasks.solution import Solution, Stopwatch
 from comparisons.tasks.task import Task
@@ -21,7 +21,7 @@ from reduced.rough import ensemble, surface_spectrum
 from reduced.rough import line_spectrum as spectrum
 from reduced.rough.press import LineContact, RoughLines, press
 from reduced.rough.regions import line_stress, regions
-from reduced.rough.surface_spectrum import SelfAffine, SurfaceSpectrum
+from reduced.rough.surface_spectrum import SelfAffineLaw, SurfaceSpectrum
 from reference.layered.stack import Stack
 
 # Lines that distributions are taken of: the mean of three hundred scatters by some per cent.
@@ -266,6 +266,6 @@ def whole_spectrum(geometry: RoughGeometry) -> SurfaceSpectrum:
     return SurfaceSpectrum(np.sum([part.power for part in parts], axis=0), parts[0].size)
 
 
-def _roughness(recipe: SelfAffineTable) -> SelfAffine:
+def _roughness(recipe: SelfAffine) -> SelfAffineLaw:
     names = ("hurst", "power", "rms_slope", "rms_height", "long_cutoff", "short_cutoff")
-    return SelfAffine(**{name: getattr(recipe, name) for name in names})
+    return SelfAffineLaw(**{name: getattr(recipe, name) for name in names})

@@ -24,7 +24,7 @@ from comparisons.solving.shared import shared
 from reduced.loads import Load
 from reduced.rough import ensemble, line_spectrum
 from reduced.rough.press import RoughLines
-from reduced.rough.surface_spectrum import SelfAffine
+from reduced.rough.surface_spectrum import SelfAffineLaw
 from reference import loads as reference_loads
 from reference import surfaces
 from reference.contact import press as unilateral
@@ -79,7 +79,7 @@ class Surface:
 
     def line(self, rule: str) -> line_spectrum.LineSpectrum:
         """Return the spectrum of the surface's equivalent line."""
-        return line_spectrum.prescribed(self.points, 1.0, SelfAffine(**self.recipe), rule=rule)
+        return line_spectrum.prescribed(self.points, 1.0, SelfAffineLaw(**self.recipe), rule=rule)
 
     def lines(self, count: int, finer: int, rule: str = "rings") -> ensemble.RandomLines:
         """Return `count` equivalent lines, with `finer` points for one of the surface."""

@@ -70,7 +70,7 @@ def line_moments(
     """
     line = surface.line(rule)
     spectrum = surface_spectrum.self_affine(
-        surface.points, 1.0, surface_spectrum.SelfAffine(**surface.recipe)
+        surface.points, 1.0, surface_spectrum.SelfAffineLaw(**surface.recipe)
     )
     stated = {
         "mean_square_height": line.rms_height**2,

@@ -26,7 +26,7 @@ from reduced.memory.materials import fit, kelvin_voigt, standard_solid
 from reduced.rough.ensemble import RandomLines
 from reduced.rough.line_spectrum import prescribed
 from reduced.rough.press import RoughLines, press
-from reduced.rough.surface_spectrum import SelfAffine
+from reduced.rough.surface_spectrum import SelfAffineLaw
 from reduced.rubber.history import slide_as_printed, slide_in_time
 from reduced.rubber.steady import slide
 from reference import loads as reference_loads
@@ -122,7 +122,7 @@ _ROUNDING = 1e-9  # relative tolerance of forces is 1e-11
 
 def _rough_lines(count: int, per_wave: float = _PER_WAVE) -> RoughLines:
     points = round(float(per_wave) / _SHORTEST)
-    spectrum = prescribed(64, 1.0, SelfAffine(hurst=0.8, rms_slope=0.1, short_cutoff=_SHORTEST))
+    spectrum = prescribed(64, 1.0, SelfAffineLaw(hurst=0.8, rms_slope=0.1, short_cutoff=_SHORTEST))
     return RandomLines(spectrum, points, count, seed=7).draw()
 
 

@@ -319,7 +319,7 @@ Seed = Annotated[int, Field(strict=True, ge=0)]
 MAKERS = ("self_affine", "paraboloid", "checkerboard", "level")
 
 
-class SelfAffine(SceneTable):
+class RoughMap(SceneTable):
     """A rough surface as in scenes: the first realisation of `reference.surfaces.self_affine`."""
 
     hurst: Annotated[Positive, Field(le=1)]
@@ -342,7 +342,7 @@ class Recipe(SceneTable, populate_by_name=True):
     start: Annotated[str, Field(alias="from")] = ""
     points: Annotated[int, Field(strict=True, ge=2, le=4096)] = 0
     side: Length = 0.0
-    self_affine: SelfAffine | None = None  # a rough surface
+    self_affine: RoughMap | None = None  # a rough surface
     paraboloid: Length | None = None  # radius of a tip in the middle, symmetric to the last digit
     checkerboard: Length | None = None  # amplitude of alternating heights
     level: float | None = None  # height of all points, in metres
@@ -374,15 +374,14 @@ class Recipe(SceneTable, populate_by_name=True):
         np.save(file, self._heights(maps))
 
     def _heights(self, maps: Mapping[str, Recipe]) -> np.ndarray:
-        from reference.surfaces import SelfAffine as Spectrum
-        from reference.surfaces import self_affine
+        from reference.surfaces import SelfAffine, self_affine
 
         grid = (self.points, self.points)
         if self.start:
             heights = maps[self.start]._heights(maps)
         elif self.self_affine is not None:
             rough = self.self_affine
-            spectrum = Spectrum(hurst=rough.hurst, rms_slope=rough.rms_slope)
+            spectrum = SelfAffine(hurst=rough.hurst, rms_slope=rough.rms_slope)
             sides = (self.side, self.side)
             heights = self_affine(grid, sides, spectrum, seed=rough.seed, realisation=0).copy()
         elif self.paraboloid is not None:

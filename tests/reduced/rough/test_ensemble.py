@@ -10,9 +10,9 @@ from reduced.rough import ensemble
 from reduced.rough.ensemble import RandomLines, press_ensemble
 from reduced.rough.line_spectrum import LineSpectrum, prescribed
 from reduced.rough.press import press
-from reduced.rough.surface_spectrum import SelfAffine
+from reduced.rough.surface_spectrum import SelfAffineLaw
 
-SPECTRUM = prescribed(64, 1.0, SelfAffine(hurst=0.8, rms_slope=0.1))
+SPECTRUM = prescribed(64, 1.0, SelfAffineLaw(hurst=0.8, rms_slope=0.1))
 FORCE = [1e-4, 1e-3, 1e-2]
 
 

@@ -13,7 +13,7 @@ from reduced.rough.line_spectrum import (
     sum_rules,
     synthesise,
 )
-from reduced.rough.surface_spectrum import SelfAffine, measured
+from reduced.rough.surface_spectrum import SelfAffineLaw, measured
 
 KEPT = 1e-12
 
@@ -66,11 +66,13 @@ def test_parameters_and_map_give_the_same_spectrum(long):
     """`prescribed` without synthesis against ring sums of a synthesised map, mode by mode."""
     h = synthetic_map(64, 2.0, 1, long=long)
     from_map = line_of(measured(h, 2.0, periodic=True))
-    alone = prescribed(64, 2.0, SelfAffine(hurst=0.8, rms_slope=0.1, long_cutoff=long))
+    alone = prescribed(64, 2.0, SelfAffineLaw(hurst=0.8, rms_slope=0.1, long_cutoff=long))
     size = max(from_map.power.size, alone.power.size)
     padded = [np.pad(s.power, (0, size - s.power.size)) for s in (from_map, alone)]
     np.testing.assert_allclose(*padded, rtol=1e-10, atol=1e-14 * padded[0].max())
-    same = prescribed(64, 2.0, SelfAffine(power=3.6, rms_height=float(np.std(h)), long_cutoff=long))
+    same = prescribed(
+        64, 2.0, SelfAffineLaw(power=3.6, rms_height=float(np.std(h)), long_cutoff=long)
+    )
     np.testing.assert_allclose(same.power, alone.power, rtol=1e-10)
 
 
@@ -197,7 +199,7 @@ def test_printed_rule_samples_the_density():
     h = synthetic_map(32, 1.5, 4)
     square = np.abs(np.fft.fft2(h, norm="forward")) ** 2
     spectrum = prescribed(
-        32, 1.5, SelfAffine(power=3.6, rms_height=float(np.std(h))), rule="printed"
+        32, 1.5, SelfAffineLaw(power=3.6, rms_height=float(np.std(h))), rule="printed"
     )
     k = np.arange(1, 16)
     np.testing.assert_allclose(spectrum.power, np.pi * k * square[k, 0], rtol=1e-9)
@@ -238,7 +240,7 @@ def test_synthesis_keeps_mean_square_height_and_slope(count, extra, seed, length
 
 def test_more_points_resolve_the_same_line():
     """Equal generators: the finer line passes through the coarser one's points."""
-    spectrum = prescribed(64, 1.0, SelfAffine(hurst=0.8, rms_slope=0.1))
+    spectrum = prescribed(64, 1.0, SelfAffineLaw(hurst=0.8, rms_slope=0.1))
     coarse = synthesise(spectrum, 128, np.random.default_rng(7))
     fine = synthesise(spectrum, 512, np.random.default_rng(7))
     np.testing.assert_allclose(fine[::4], coarse, atol=1e-14 * np.ptp(coarse) * 100)
@@ -246,7 +248,7 @@ def test_more_points_resolve_the_same_line():
 
 def test_phases_are_random_and_heights_gaussian_like():
     """Mean and correlation over 400 lines vanish within five standard errors of the ensemble."""
-    spectrum = prescribed(64, 1.0, SelfAffine(hurst=0.8, rms_height=1.0))
+    spectrum = prescribed(64, 1.0, SelfAffineLaw(hurst=0.8, rms_height=1.0))
     rng = np.random.default_rng(8)
     lines = np.array([synthesise(spectrum, 128, rng) for _ in range(400)])
     assert np.all(np.abs(lines.mean(axis=0)) < 5 / np.sqrt(400))
@@ -261,7 +263,7 @@ def test_longer_lines_keep_density_height_and_slope(ratio):
 
     Least above a roll-off (1 % without, as much of the slope then sits in the lowest modes).
     """
-    spectrum = prescribed(128, 1.0, SelfAffine(hurst=0.5, rms_slope=0.1, long_cutoff=0.25))
+    spectrum = prescribed(128, 1.0, SelfAffineLaw(hurst=0.5, rms_slope=0.1, long_cutoff=0.25))
     longer = resample(spectrum, ratio)
     assert longer.rms_height == pytest.approx(spectrum.rms_height, rel=KEPT)
     assert longer.rms_slope == pytest.approx(spectrum.rms_slope, rel=2e-3)
@@ -274,7 +276,7 @@ def test_longer_lines_keep_density_height_and_slope(ratio):
 
 def test_default_points_resolve_the_highest_mode():
     spectrum = prescribed(
-        (32, 64), (1.0, 1.0), SelfAffine(hurst=0.8, rms_slope=0.1, short_cutoff=0.02)
+        (32, 64), (1.0, 1.0), SelfAffineLaw(hurst=0.8, rms_slope=0.1, short_cutoff=0.02)
     )
     line = synthesise(spectrum, rng=np.random.default_rng(0))
     assert line.size % 2 == 0
@@ -285,22 +287,22 @@ def test_default_points_resolve_the_highest_mode():
 
 def test_bad_arguments_are_all_named():
     with pytest.raises(ValueError, match=r"hurst and power.*rms_slope and rms_height.*long"):
-        SelfAffine(long_cutoff=-1.0)
+        SelfAffineLaw(long_cutoff=-1.0)
     with pytest.raises(ValueError, match=r"hurst .*-0.5.*long_cutoff"):
-        SelfAffine(hurst=-0.5, rms_slope=0.1, long_cutoff=np.nan)
+        SelfAffineLaw(hurst=-0.5, rms_slope=0.1, long_cutoff=np.nan)
     with pytest.raises(ValueError, match=r"points .*16.5.*size .*0.0"):
-        prescribed((16.5, 16), (1.0, 0.0), SelfAffine(hurst=0.8, rms_slope=0.1))
+        prescribed((16.5, 16), (1.0, 0.0), SelfAffineLaw(hurst=0.8, rms_slope=0.1))
     with pytest.raises(ValueError, match="rule must be one of 'rings', 'split', 'printed'"):
-        prescribed(64, 1.0, SelfAffine(hurst=0.8, rms_slope=0.1), rule="sums")
+        prescribed(64, 1.0, SelfAffineLaw(hurst=0.8, rms_slope=0.1), rule="sums")
     with pytest.raises(ValueError, match="one number or two"):
-        prescribed(16, (1.0, 1.0, 1.0), SelfAffine(hurst=0.8, rms_slope=0.1))
+        prescribed(16, (1.0, 1.0, 1.0), SelfAffineLaw(hurst=0.8, rms_slope=0.1))
     with pytest.raises(ValueError, match="no mode"):
-        prescribed(64, 1.0, SelfAffine(hurst=0.8, rms_slope=0.1, short_cutoff=2.0))
+        prescribed(64, 1.0, SelfAffineLaw(hurst=0.8, rms_slope=0.1, short_cutoff=2.0))
     with pytest.raises(ValueError, match=r"size.*2-D"):
         line_of(measured(np.zeros(4), -1.0))
     with pytest.raises(ValueError, match="finite"):
         line_of(measured(np.full((4, 4), np.nan), 1.0))
     with pytest.raises(ValueError, match="Generator"):
-        synthesise(prescribed(8, 1.0, SelfAffine(hurst=0.8, rms_slope=0.1)), 64)
+        synthesise(prescribed(8, 1.0, SelfAffineLaw(hurst=0.8, rms_slope=0.1)), 64)
     with pytest.raises(ValueError, match="length"):
-        resample(prescribed(8, 1.0, SelfAffine(hurst=0.8, rms_slope=0.1)), 0.0)
+        resample(prescribed(8, 1.0, SelfAffineLaw(hurst=0.8, rms_slope=0.1)), 0.0)

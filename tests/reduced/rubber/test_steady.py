@@ -12,7 +12,7 @@ from reduced.memory.materials import kelvin_voigt, prony, standard_solid
 from reduced.rough.ensemble import RandomLines
 from reduced.rough.line_spectrum import prescribed
 from reduced.rough.press import RoughLines, press
-from reduced.rough.surface_spectrum import SelfAffine
+from reduced.rough.surface_spectrum import SelfAffineLaw
 from reduced.rubber.history import slide_as_printed, slide_in_time
 from reduced.rubber.steady import slide
 
@@ -27,7 +27,7 @@ MATERIALS = {
 
 def rough(points=512, count=1, slope=0.1):
     """Band-limited lines: 16 waves at most."""
-    spectrum = prescribed(64, 1.0, SelfAffine(hurst=0.8, rms_slope=slope, short_cutoff=1 / 16))
+    spectrum = prescribed(64, 1.0, SelfAffineLaw(hurst=0.8, rms_slope=slope, short_cutoff=1 / 16))
     return RandomLines(spectrum, points, count, seed=3).draw().heights
 
 
