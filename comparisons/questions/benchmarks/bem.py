@@ -83,7 +83,7 @@ def measure() -> list[Measurement]:
 
 
 @dataclass(frozen=True)
-class Case:
+class SetUp:
     """A problem that is set up again for every reading, because set-up is part of the cost.
 
     `target` is the largest acceptable fraction of the peer's time.
@@ -118,24 +118,24 @@ class Case:
         return np.array(violations)
 
 
-def rough(points: int, cutoff: int, fraction: float, target: float | None) -> Case:
+def rough(points: int, cutoff: int, fraction: float, target: float | None) -> SetUp:
     """Return a periodic self-affine surface at a load with the given contact fraction."""
     gap = surface(points, cutoff)
     force, reached = _force_at(gap, fraction)
     name = f"periodic {points}^2, cutoff {cutoff} cells, {reached:.1%} contact"
-    return Case(name, gap[None], _spacing(points), True, "force", np.array([force]), target)
+    return SetUp(name, gap[None], _spacing(points), True, "force", np.array([force]), target)
 
 
-def sweep(points: int, cutoff: int, steps: int, target: float | None) -> Case:
+def sweep(points: int, cutoff: int, steps: int, target: float | None) -> SetUp:
     """Return the same surface under increasing forces up to the default contact fraction."""
     gap = surface(points, cutoff)
     force, reached = _force_at(gap, MEDIUM)
     name = f"periodic {points}^2, cutoff {cutoff} cells, {steps} loads to {reached:.1%} contact"
     loads = force * np.linspace(1 / steps, 1, steps)
-    return Case(name, gap[None], _spacing(points), True, "force", loads, target)
+    return SetUp(name, gap[None], _spacing(points), True, "force", loads, target)
 
 
-def hertz(points: int, radius: int, target: float | None, *, cropped: bool) -> Case:
+def hertz(points: int, radius: int, target: float | None, *, cropped: bool) -> SetUp:
     """Return a paraboloid on a large free grid, with the contact radius given in cells.
 
     If cropped, the grid is the box of the geometric overlap (sqrt(2) contact radii), which contains
@@ -148,15 +148,15 @@ def hertz(points: int, radius: int, target: float | None, *, cropped: bool) -> C
     force = 4 / 3 * (radius**3 / points)
     where = f"cropped to {side}^2" if cropped else f"{points}^2"
     name = f"free Hertz, {where}, contact radius {radius} cells"
-    return Case(name, gap[None], (1.0, 1.0), False, "force", np.array([force]), target)
+    return SetUp(name, gap[None], (1.0, 1.0), False, "force", np.array([force]), target)
 
 
-def ensemble(count: int, points: int, loads: int, target: float | None) -> Case:
+def ensemble(count: int, points: int, loads: int, target: float | None) -> SetUp:
     """Return free patches with all resolved waves, and forces up to half of E* A0 h'."""
     gaps = np.array([surface(points, 2, k) for k in range(count)])
     forces = SLOPE * np.geomspace(1e-3, 0.1, loads)
     name = f"{count} free {points}^2 patches x {loads} loads"
-    return Case(name, gaps, _spacing(points), False, "force", forces, target)
+    return SetUp(name, gaps, _spacing(points), False, "force", forces, target)
 
 
 def _spacing(points: int) -> tuple[float, float]:
@@ -187,7 +187,7 @@ def _force_at(gap: np.ndarray, fraction: float) -> tuple[float, float]:
         force *= fraction / reached
 
 
-def against_peers(case: Case) -> Measurement:
+def against_peers(case: SetUp) -> Measurement:
     """Compare our time with that of the faster peer at the same violation."""
     reached = float(case.solve(TOLERANCE).max())
     run = {"ours": partial(case.solve, TOLERANCE)}
@@ -310,7 +310,7 @@ def _size(points: int) -> Measurement:
     )
 
 
-def fft_share(case: Case) -> float:
+def fft_share(case: SetUp) -> float:
     """Return the fraction of a solve's time spent in transforms.
 
     It is the number of convolutions on the finest grid in either precision times their cost; the

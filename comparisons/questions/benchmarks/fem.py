@@ -59,7 +59,7 @@ def measure() -> list[Measurement]:
 
 
 @dataclass(frozen=True)
-class Job:
+class Swept:
     """Results of a complete job."""
 
     body: fem.CondensedBody
@@ -68,7 +68,7 @@ class Job:
     last: tuple[fem.CondensedBody, fem.NodalContact]
 
 
-def run(elements: int, solver: str = "nested_dissection") -> Job:
+def run(elements: int, solver: str = "nested_dissection") -> Swept:
     """Mesh, assemble, condense, and solve all depths on the mesh scaled to the contact."""
     body = fem.half_space_body(
         fem.RingMesh(1.0, elements=elements, edge=1.0), fem.Material(1.0, POISSON), solver=solver
@@ -76,7 +76,7 @@ def run(elements: int, solver: str = "nested_dissection") -> Job:
     return _job(body, partial(fem.indent, body, _paraboloid, Load("penetration", DEPTHS)))
 
 
-def _timed(elements: int, solver: str = "nested_dissection") -> tuple[Job, float]:
+def _timed(elements: int, solver: str = "nested_dissection") -> tuple[Swept, float]:
     """Return a job and its processor time on one thread."""
     with threadpool_limits(limits=1):
         start = time.process_time()
@@ -84,7 +84,7 @@ def _timed(elements: int, solver: str = "nested_dissection") -> tuple[Job, float
         return job, time.process_time() - start
 
 
-def run_fixed(elements: int) -> Job:
+def run_fixed(elements: int) -> Swept:
     """Solve on one mesh with straight lines, independent of the contact edge."""
     lines = np.linspace(0.0, 1.02, elements + 1)
     body = fem.half_space_body(
@@ -262,13 +262,13 @@ def _paraboloid(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 def _job(
     body: fem.CondensedBody,
     press: Callable[[], Iterable[tuple[fem.CondensedBody, fem.NodalContact]]],
-) -> Job:
+) -> Swept:
     start = time.perf_counter()
     steps = list(press())
     spent = time.perf_counter() - start
     hertz_force = 4.0 / 3.0 * body.effective_modulus * DEPTHS**1.5
     errors = np.array([step.force for _, step in steps]) / hertz_force - 1.0
-    return Job(body, errors, spent, steps[-1])
+    return Swept(body, errors, spent, steps[-1])
 
 
 @cache
@@ -281,10 +281,10 @@ def _rms(errors: np.ndarray) -> float:
 
 
 def _against_pardiso(
-    title: str, task: Callable[[], Job], job: Job, target: float
-) -> tuple[list[Measurement], list[Job]]:
+    title: str, task: Callable[[], Swept], job: Swept, target: float
+) -> tuple[list[Measurement], list[Swept]]:
     """Time a job and Pardiso in turns; also return the jobs with the times of their parts."""
-    jobs: list[Job] = []
+    jobs: list[Swept] = []
     tasks: dict[str, Callable[[], object]] = {"job": lambda: jobs.append(task())}
     if not condensation.has_pardiso():
         times = interleaved(tasks, READINGS, time.process_time)["job"]
