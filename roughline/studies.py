@@ -246,7 +246,7 @@ class Changes:
 
     @property
     def failed(self) -> tuple[Change, ...]:
-        """Solves that moved, were lost, changed their verdict or became slower."""
+        """Solves that moved, were lost or changed their verdict."""
         return self.record.failed
 
     def table(self) -> pd.DataFrame:
@@ -272,7 +272,7 @@ class Changes:
     def __repr__(self) -> str:
         notable = [change for change in self.record.changes if change.kinds != (SAME,)]
         lines = [f"{c.scene} {c.method} {c.resolution}: {c.text}" for c in notable]
-        return "\n".join([self._heading(), *self.notes, *lines])
+        return "\n".join([self.record.sentence, *self.notes, *lines])
 
     def _repr_html_(self) -> str:
         notable = sorted(
@@ -280,12 +280,7 @@ class Changes:
         )
         body = notebook.table(changes(notable[:MOST_CHANGES])) if notable else ""
         left = notebook.more(len(notable) - MOST_CHANGES, "solves that changed")
-        return notebook.block(self._heading(), *self.notes, body, left)
-
-    def _heading(self) -> str:
-        total = len(self.record.changes)
-        same = sum(change.kinds == (SAME,) for change in self.record.changes)
-        return f"{same} of {total} solves are the same, {len(self.failed)} are worse"
+        return notebook.block(self.record.sentence, *self.notes, body, left)
 
 
 def compare_runs(
@@ -303,7 +298,7 @@ def compare_runs(
     tolerance : float
         Smallest relative change of a quantity that counts (iterations leave about 1e-6).
     slower : float
-        Smallest ratio of times that counts; between different machines, times are not judged.
+        Smallest ratio of times that is told; not between different machines.
 
     Raises
     ------

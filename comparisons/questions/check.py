@@ -12,7 +12,7 @@ from comparisons.facts.methods import MODEL as MODEL_NAME
 from comparisons.formatting import listed, number
 from comparisons.questions.campaign import Watch
 from comparisons.questions.study import Study
-from comparisons.results.record import MEAN, SceneRecord, StudyRecord
+from comparisons.results.record import MEAN, StudyRecord
 from comparisons.results.rows import NO_ROWS
 from comparisons.results.run_comparison import (
     CHANGED,
@@ -22,6 +22,7 @@ from comparisons.results.run_comparison import (
     SLOW,
     Change,
     compare_runs,
+    problem_of,
 )
 from comparisons.results.store import load_study, save_study
 from comparisons.scene.scene import SINGLE, load_scene
@@ -105,7 +106,7 @@ def drift(
         if was is None or method not in was.methods:
             text = "not in the baseline: --update adds it"
             findings.append(Finding(scene.name, MODEL, text, True))
-        elif _problem(was) != _problem(scene):
+        elif problem_of(was) != problem_of(scene):
             text = "the scene itself is not the baseline's: --update takes the new one"
             findings.append(Finding(scene.name, MODEL, text, True))
         else:
@@ -129,15 +130,6 @@ def drift(
                 if SLOW in change.kinds
             ]
     return findings
-
-
-def _problem(scene: SceneRecord) -> dict[str, object]:
-    """Return the tables of a scene that say what is solved, whoever solves it."""
-    apart = {"name", "title", "compare", "methods"}
-    tables = {name: table for name, table in scene.tables.items() if name not in apart}
-    if isinstance(surface := tables.get("surface"), dict):  # a check takes a few surfaces
-        tables["surface"] = {k: v for k, v in surface.items() if k != "realisations"}
-    return tables
 
 
 def _moves(name: str, method: str, changes: list[Change]) -> list[Finding]:

@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from comparisons.formatting import duration, finite, number, relative
+from comparisons import formatting as fmt
+from comparisons.facts.quantities import quantity
 from comparisons.results.record import SceneRecord, StudyRecord
-from comparisons.results.rows import NO_ROWS
+from comparisons.results.rows import NO_ROWS, Rows
+from comparisons.scene.fields import excerpt
 
 # The same solve on another machine ends within the tolerance of its iterations (1e-6).
 MOVED = 1e-5
-# Two readings of one solve scatter by some 20 %, and more on a busy machine.
+# Closer times are not told apart.
 SLOWER = 1.5
 # Shorter solves are timed no better than the machine's interruptions.
 SHORTEST = 0.02
 
+# A run keeps one time of a solve, no scatter: that it took longer is told, not that it is slower.
 SAME, CHANGED, LOST, RECOVERED, ONE_SIDED, VERDICT, SLOW, FAST = (
     "same",
     "moved",
@@ -27,8 +31,8 @@ SAME, CHANGED, LOST, RECOVERED, ONE_SIDED, VERDICT, SLOW, FAST = (
     "found again",
     "in one run only",
     "verdict changed",
-    "slower",
-    "faster",
+    "took longer",
+    "took less time",
 )
 # What a comparison fails on; the rest is told. A time alone is no worse answer.
 BAD = (CHANGED, LOST, VERDICT)
@@ -42,7 +46,7 @@ class Change:
     scene: str
     method: str
     resolution: int
-    # Everything that is true of it: "moved", "lost", "slower" ...; ("same",) where nothing is.
+    # Everything that is true of it: "moved", "lost", "took longer" ...; ("same",) where nothing is.
     kinds: tuple[str, ...]
     # The largest relative change of each quantity, with sign.
     moves: dict[str, float] = field(default_factory=dict)
@@ -79,12 +83,6 @@ class Change:
         """Whether nothing but the time has changed."""
         return all(kind in TIMED for kind in self.kinds)
 
-    @property
-    def ratio(self) -> float:
-        """Time after over time before."""
-        before, after = self.seconds
-        return after / before if before > 0 else float("nan")
-
 
 @dataclass(frozen=True)
 class RunComparison:
@@ -98,8 +96,20 @@ class RunComparison:
 
     @property
     def failed(self) -> tuple[Change, ...]:
-        """What moved, was lost, changed its verdict or became slower."""
+        """What moved, was lost or changed its verdict."""
         return tuple(change for change in self.changes if change.bad)
+
+    @property
+    def sentence(self) -> str:
+        """How many solves changed, in the words of terminal, page and notebook."""
+        kinds = [c.kinds for c in self.changes if c.kinds != (ONE_SIDED,)]
+        changed = sum(not {SAME, *TIMED}.issuperset(own) for own in kinds)
+        alone = len(self.changes) - len(kinds)
+        return (
+            f"Of {len(kinds)} solves (one method at one resolution) in both runs "
+            f"{changed or 'none'} changed an answer or a verdict"
+            + (f"; {alone} more are in one run only" if alone else "")
+        )
 
 
 def compare_runs(
@@ -113,11 +123,15 @@ def compare_runs(
 
     A relative change beyond `moved` counts (on a path, relative to the largest value; `tolerances`
     in its place, for single methods), and a ratio of times beyond `slower`; times of different
-    machines are told, never judged.
+    machines are shown only. The only scenes of two runs are compared whatever their names.
     """
     old = {scene.name: scene for scene in before.scenes}
     new = {scene.name: scene for scene in after.scenes}
     notes = []
+    if len(old) == len(new) == 1 and old.keys() != new.keys():
+        (name,), (other,) = old, new
+        notes.append(f"the scene is called {name} in the first run and {other} in the second")
+        new = {name: new[other]}
     for name in [*before.versions, *(n for n in after.versions if n not in before.versions)]:
         pair = [run.versions.get(name, "not installed") for run in (before, after)]
         if pair[0] != pair[1]:
@@ -129,13 +143,17 @@ def compare_runs(
     for run, ordinal in ((before, "first"), (after, "second")):
         if run.interrupted:
             notes.append(f"the {ordinal} run was interrupted")
-    for name, scene in old.items():
+    for name, scene in list(old.items()):
         scene_after = new.get(name)
         if scene_after is None:
             notes.append(f"{name}: in the first run only")
             continue
-        if scene.tables != scene_after.tables:
-            notes.append(f"{name}: the scene itself differs")
+        if differing := differences(scene, scene_after):
+            told = "; ".join(differing)
+            notes.append(f"{name}: the scene differs (plain numbers are SI): {told}")
+        if problem_of(scene) != problem_of(scene_after):
+            old[name], new[name], told = at_common_loads(scene, scene_after)
+            notes += [f"{name}: {told}"] if told else []
         truths = [
             f"{run.reference.method} {run.reference.resolution}" if run.reference.method else "none"
             for run in (scene, scene_after)
@@ -161,6 +179,90 @@ def compare_runs(
             for method, n in solves
         ]
     return RunComparison(before, after, tuple(changes), tuple(notes))
+
+
+def problem_of(scene: SceneRecord) -> dict[str, object]:
+    """Return the tables of a scene that say what is solved, whoever solves it."""
+    apart = {"name", "title", "compare", "methods"}
+    tables = {name: table for name, table in scene.tables.items() if name not in apart}
+    if isinstance(surface := tables.get("surface"), dict):  # a check takes a few surfaces
+        tables["surface"] = {k: v for k, v in surface.items() if k != "realisations"}
+    return tables
+
+
+def differences(was: SceneRecord, now: SceneRecord) -> list[str]:
+    """Return the keys of a scene, but its name, that differ between two runs, with both values."""
+
+    def entries(table: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
+        for key, value in table.items():
+            if isinstance(value, dict) and value.keys() != {"values"}:
+                yield from entries(value, f"{path}{key}.")
+            else:
+                yield f"{path}{key}", value["values"] if isinstance(value, dict) else value
+
+    sides = [dict(entries(scene.tables)) for scene in (was, now)]
+    for side, scene in zip(sides, (was, now), strict=True):
+        side["compare.tolerance"] = scene.tolerance  # also where it is the default
+    return [
+        f"{key}: {' → '.join(_in_words(key, side.get(key)) for side in sides)}"
+        for key in dict.fromkeys([*sides[0], *sides[1]])
+        if key != "name" and sides[0].get(key) != sides[1].get(key)
+    ]
+
+
+def _in_words(key: str, value: Any) -> str:
+    """Return what a scene says under a key: loads with their unit, a long list by its ends."""
+    if key == "compare.tolerance":
+        return fmt.tolerance(value)
+    values = value if isinstance(value, list) else [value]
+    if not values or not all(type(item) in (int, float) for item in values):
+        return "not given" if value is None else excerpt(value)
+    unit = quantity(key.removeprefix("loading.")).unit if key.startswith("loading.") else ""
+    scale = fmt.prefix_for(values, unit)
+    texts = [fmt.without_padding(fmt.number(item * scale.factor, 12)) for item in values]
+    text = ", ".join(texts) if len(texts) <= 4 else f"{len(texts)} from {texts[0]} to {texts[-1]}"
+    return f"{text}{fmt.THIN}{scale.unit}" if scale.unit else text
+
+
+def at_common_loads(was: SceneRecord, now: SceneRecord) -> tuple[SceneRecord, SceneRecord, str]:
+    """Return two records at the loads that both have, with the steps of the first; and a note.
+
+    Paths are followed until they part. Verdicts and times, which are of all loads, are left out
+    unless all are common, and then nothing is noted.
+    """
+    names = list(dict.fromkeys((was.along, was.control))) if was.along == "time" else [was.control]
+    first, second = (
+        scene.rows.frame().reindex(columns=["step", *names]).groupby("step")[names].median()
+        for scene in (was, now)
+    )
+    x, y = first.to_numpy(dtype=float), second.to_numpy(dtype=float)
+    if (was.control, was.along) != (now.control, now.along):
+        x, y = x[:0], y[:0]
+    if was.is_path:
+        places = np.arange(min(len(x), len(y)))
+        common = np.cumprod(np.isclose(x[places], y[places], MOVED, 0).all(axis=1)) > 0
+    else:  # loads increase
+        places = np.searchsorted(y[:, 0], x[:, 0] - MOVED * np.abs(x[:, 0]))
+        common = places < len(y)
+        common[common] = np.isclose(x[common], y[places[common]], MOVED, 0)[:, 0]
+    steps = dict(zip(second.index[places[common]], first.index[: len(common)][common], strict=True))
+    whole = len(steps) == len(first) == len(second)
+    sides = []
+    for scene, own in ((was, {step: step for step in steps.values()}), (now, steps)):
+        table = scene.rows.where(np.isin(scene.rows["step"], list(own))).frame()
+        table = table.assign(step=table["step"].map(own))
+        if whole:
+            sides.append(replace(scene, rows=Rows.of(table)))
+        else:
+            rows = Rows.of(table.assign(seconds=np.nan))
+            sides.append(replace(scene, rows=rows, verdicts=()))
+    loads = first.loc[list(steps.values()), was.control].tolist()
+    told = (
+        f"only the loads of both runs are compared ({_in_words(f'loading.{was.control}', loads)})"
+    )
+    told += ", and no verdict or time, which are of all loads"
+    told = told if loads else "no load is common to both runs, so that nothing is compared"
+    return sides[0], sides[1], "" if whole else told
 
 
 def _change(
@@ -219,16 +321,13 @@ def _change(
     if told:
         kinds[VERDICT] = "; ".join(told)
     sizes = [[abs(verdict.error) for verdict in side.values()] for side in sides]
-    errors = tuple(max((e for e in side if finite(e)), default=float("nan")) for side in sizes)
+    errors = tuple(max((e for e in side if fmt.finite(e)), default=float("nan")) for side in sizes)
 
     # times, which all rows of a solve share
     first, second = (float(rows["seconds"][0]) for rows in (old, new))
-    times = f"{duration(first)} before, {duration(second)} after"
-    if min(first, second) > 0 and max(first, second) >= SHORTEST:
-        if second > slower * first:
-            kinds[SLOW] = f"{number(second / first, 2)} times slower ({times})"
-        elif first > slower * second:
-            kinds[FAST] = f"{number(first / second, 2)} times faster ({times})"
+    if min(first, second) >= SHORTEST and max(first, second) > slower * min(first, second):
+        kind = SLOW if second > first else FAST
+        kinds[kind] = f"{kind}: {fmt.duration(first)} before, {fmt.duration(second)} after"
     return Change(
         name,
         method,
@@ -260,4 +359,4 @@ def _moves(both: pd.DataFrame, quantities: list[str], *, is_path: bool) -> dict[
 
 def _signed(change: float) -> str:
     sign = "+" if change > 0 else "\N{MINUS SIGN}"
-    return f"{sign}{relative(abs(change))}"
+    return f"{sign}{fmt.relative(abs(change))}"

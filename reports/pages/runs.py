@@ -35,8 +35,9 @@ ERRORS = (
     "its run. Above the line the error has grown. Hollow markers: highlighted in the table."
 )
 TIMES = (
-    "One marker per solve: its time before and after. Above the line it is slower; times scatter "
-    "by some 20 %. Hollow markers: highlighted in the table."
+    "One marker per solve: its time before and after. Above the line it took longer. A run keeps "
+    "no scatter of times, and on a busy machine it is large: `roughline bench` measures times. "
+    "Hollow markers: highlighted in the table."
 )
 
 

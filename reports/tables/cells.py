@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 # The tone of every verdict word: good, bad, undecided, partly, no statement.
 TONES = {
     **dict.fromkeys(
-        ("within", "yes", "holds", "accurate", "found again", "faster", "same"), "within"
+        ("within", "yes", "holds", "accurate", "found again", "took less time", "same"), "within"
     ),
     **dict.fromkeys(("outside", "no", "fails", "lost", "moved"), "outside"),
-    **dict.fromkeys(("not resolved", "not known", "degraded", "slower"), "not-resolved"),
+    **dict.fromkeys(("not resolved", "not known", "degraded", "took longer"), "not-resolved"),
     **dict.fromkeys(
         ("holds in a range", "holds only as stated", "in part", "refused", "verdict changed"),
         "partly",

@@ -321,7 +321,8 @@ def compare(
     *,
     tolerance: str = "1e-5",
     slower: float = 1.5,
-    out: Path = Path("roughline-results/comparison"),
+    out: Path | None = None,
+    overwrite: Flag = False,
 ) -> int:
     """Compare two results folders: changes in value, error and time.
 
@@ -332,10 +333,11 @@ def compare(
     tolerance
         Smallest relative change of a quantity that counts, e.g. 1e-5 or 1%.
     slower
-        Smallest ratio of times that counts as slower; between different machines, times are
-        shown but not judged.
+        Smallest ratio of times that is told; between different machines, times are shown only.
     out
-        Folder for comparison.html.
+        Folder for comparison.html; default roughline-results/comparison-BEFORE-AFTER.
+    overwrite
+        Replace a comparison.html in it.
     """
     from comparisons.errors import InputError
     from comparisons.files import write_text
@@ -344,7 +346,7 @@ def compare(
     from comparisons.results.store import load_study
     from reports.pages.runs import comparison_page
     from roughline.commands import terminal
-    from roughline.commands.arguments import share
+    from roughline.commands.arguments import DEFAULT_FOLDER, share
 
     moved = share(tolerance)
     problems = [
@@ -355,8 +357,13 @@ def compare(
     if problems:
         raise InputError("\n".join(problems))
     record = compare_runs(load_study(before), load_study(after), moved, slower)
+    runs = f"{before.resolve().name}-{after.resolve().name}"
+    out = out or DEFAULT_FOLDER / f"comparison-{runs}"
     page = out / "comparison.html"
     with held(out):
+        if page.exists() and not overwrite:
+            told = "use --overwrite to replace it, or --out for another folder"
+            raise InputError(f"{page} exists already: {told}")
         write_text(page, comparison_page(record, shlex.join(["roughline", *sys.argv[1:]])))
     terminal.print_run_comparison(record, page)
     return FAILED if record.failed else FINE

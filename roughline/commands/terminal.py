@@ -305,7 +305,7 @@ def print_table(table: Table, *, unfolded: bool = False) -> None:
 
 def print_run_comparison(record: RunComparison, page: Path) -> None:
     """Print the changes of answers between two runs, the worst first, and count those of times."""
-    from comparisons.results.run_comparison import FAST, SAME, SLOW
+    from comparisons.results.run_comparison import SAME, TIMED
     from reports.tables.runs import changes
 
     console = _console()
@@ -318,12 +318,11 @@ def print_run_comparison(record: RunComparison, page: Path) -> None:
         console.print(drawn(table.only("scene", "method", "N", "in words")))
     if len(notable) > 4 * MANY:
         console.print(f"... and {len(notable) - 4 * MANY} more")
-    timed = {word: sum(word in c.kinds for c in moved) for word in (SLOW, FAST)}
+    timed = {word: sum(word in c.kinds for c in moved) for word in TIMED}
     if any(timed.values()):
         counts = ", ".join(f"{count} {word}" for word, count in timed.items())
         console.print(f"times: {counts}; listed on the page", highlight=False)
-    same = len(record.changes) - len(moved)
-    console.print(f"{same} of {len(record.changes)} solves are the same\n{page}", markup=False)
+    console.print(f"{record.sentence}\n{page}", markup=False)
 
 
 class _Terminal(Console):

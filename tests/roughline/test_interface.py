@@ -295,7 +295,8 @@ def test_a_run_with_a_changed_model_has_moved(results, tmp_path):
     assert {(c.scene, c.method) for c in moved.failed} == {("cone", "reduced")}
     force = table[table["quantity"] == "force"]["change"]
     np.testing.assert_allclose(force, np.pi / 4 - 1, rtol=1e-6)
-    assert "cone: the scene itself differs" in moved.notes
+    told = "cone: the scene differs (plain numbers are SI): methods.reduced.rule: "
+    assert told + "not given → 'half_radius'" in moved.notes
 
 
 def test_a_claim_of_your_own_is_a_dict():
@@ -385,7 +386,7 @@ def test_everything_has_a_short_form_for_notebooks_and_terminals(found, results)
         (roughline.solve(BALL, "reduced", 10), "force F / "),
         (roughline.plan(BALL), "Left out: "),
         (results, "ball"),
-        (roughline.compare_runs(results, results), "are the same, 0 are worse"),
+        (roughline.compare_runs(results, results), "none changed an answer or a verdict"),
         (claim, "holds</span>"),
     ]
     for part, text in told:

@@ -892,19 +892,23 @@ def test_two_runs_of_one_scene_are_the_same_and_a_changed_model_is_not(roughline
     for folder in ("a", "b"):
         assert roughline("run", ball, *options, "--out", folder).code == 0
     compare = ("compare", "a", "b", "--slower", "1e9")  # times are another matter
-    same = roughline(*compare, "--out", "c")
+    same = roughline(*compare)
     assert same.code == 0
-    assert "solves are the same" in same.out
-    page = Path("c/comparison.html").read_text(encoding="utf-8")
-    assert "No change in" in page
+    assert "none changed an answer or a verdict" in same.out
+    page = Path("roughline-results/comparison-a-b/comparison.html")
+    assert "none changed an answer or a verdict" in page.read_text(encoding="utf-8")
     rows = pd.read_csv("b/results.csv")
     rows.loc[rows["method"] == "reduced", "force"] *= 1.002
     rows.to_csv("b/results.csv", index=False)
-    moved = roughline(*compare, "--out", "c")
+    kept = roughline(*compare)
+    assert kept.code == 2
+    assert f"{page} exists already: use --overwrite" in kept.err
+    assert "force moved by" not in page.read_text(encoding="utf-8")
+    moved = roughline(*compare, "--overwrite")
     assert moved.code == 1
     assert "force moved by +0.20" in moved.out
-    assert roughline(*compare, "--tolerance", "1%").code == 0
-    assert "force moved by" in Path("c/comparison.html").read_text(encoding="utf-8")
+    assert "force moved by" in page.read_text(encoding="utf-8")
+    assert roughline(*compare, "--tolerance", "1%", "--out", "c").code == 0
 
 
 def test_a_claim_is_tested_again_without_a_word_and_spares_the_folder_of_all(roughline, tmp_path):
