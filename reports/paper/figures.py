@@ -184,20 +184,22 @@ def single(figure: Figure) -> PaperFigure:
 def overview(scene: SceneRecord) -> PaperFigure | None:
     """Return a lettered, page-wide figure (180 mm) of curves, error and cost, or None.
 
-    Error and cost are those of the quantity that decides the verdict of the scene.
+    Error and cost are those of the quantity that decides the verdict of the scene. Of a single
+    load there is the cost alone, of that quantity and another one.
     """
     decisive = deciding(scene)
     name = decisive.quantity if decisive else ""
     chosen = printed_curves(scene)[:2]
     for figures in (errors(scene), speed(scene)):
-        chosen += sorted(figures, key=lambda figure: figure.quantity != name)[:1]
+        ordered = sorted(figures, key=lambda figure: figure.quantity != name)
+        chosen += ordered[: 1 if chosen else 2]
     return sheet(chosen)
 
 
 def sheet(figures: Sequence[Figure]) -> PaperFigure | None:
-    """Return plots as a lettered, page-wide figure of two columns; None without any."""
+    """Return plots as a page-wide figure, lettered if there are several; None without any."""
     height = 12.0 + 58.0 * ((len(figures) + 1) // 2)
-    return _sheet(figures, PAGE, height, columns=2) if figures else None
+    return _sheet(figures, PAGE, height, columns=min(2, len(figures))) if figures else None
 
 
 def verdict_figure(scenes: Sequence[SceneRecord]) -> PaperFigure | None:
@@ -230,15 +232,17 @@ def _sheet(
         labels = sorted(
             entries, key=lambda name: first.index(name) if name in first else len(first)
         )
-        if labels:
-            rows = -(-len(labels) // (3 if width == COLUMN else 6))
-            paper.legend(
+        for rows in range(1, len(labels) + 1):  # as few as the width allows
+            legend = paper.legend(
                 [entries[label] for label in labels],
                 labels,
                 loc="outside upper center",
                 ncols=-(-len(labels) // rows),  # rows of equal length
                 columnspacing=1.2,
             )
+            if legend.get_window_extent().width <= paper.bbox.width or rows == len(labels):
+                break
+            legend.remove()
     return paper
 
 

@@ -136,11 +136,10 @@ def _drawable(study: StudyRecord) -> dict[str, Drawable]:
     for scene in study.scenes:
         title, drawn = scene.title or scene.name, panels(scene)
         if drawn:
-            caption = (
-                f"{title}: load curves, the error of the quantity that decides the verdict over "
-                "the load, and its largest error against the time for the whole scene. "
-                f"{FOOT_NOTE}"
-            )
+            curves = "load curves, the error of the quantity that decides the verdict over the load"
+            shown = f"{curves}, and its" if not scene.of_one_load else "the"
+            caption = f"{title}: {shown} largest error against the time for the whole scene. "
+            caption += FOOT_NOTE
             name = file_name(scene.name, "overview")
             first.append(Drawable(name, scene.name, caption, partial(overview, scene)))
         for key, panel in drawn.items():
@@ -168,6 +167,7 @@ def _index(
         advice = advise(scene)
         lines += [f"## {markdown(scene.name)}", "", markdown(advice.sentence), ""]
         lines += [markdown(advice.single), ""] if advice.single else []
+        lines += ["One load: no curves; its values are in the tables.", ""] * scene.of_one_load
         lines += shown
     lines += [f"`figures.tex` includes every figure with its caption ({PAGE:.0f} mm wide or less)."]
     if left:

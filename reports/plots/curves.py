@@ -66,8 +66,10 @@ def printed_curves(scene: SceneRecord) -> list[Figure]:
     """Return the curves for papers.
 
     Under normal loads force against penetration and area against force, whichever is prescribed;
-    otherwise every quantity along the path, against time or against speed.
+    otherwise every quantity along the path, against time or against speed. None of a single load.
     """
+    if scene.of_one_load and not scene.plan.measured:
+        return []
     if scene.control in NORMAL and not scene.is_path:
         pairs = [("penetration", "force"), ("force", "contact_area")]
     else:

@@ -20,7 +20,7 @@ from comparisons.results.finding import deciding
 from comparisons.results.rows import NO_ROWS, Rows
 from comparisons.results.scene_record import explained
 from comparisons.results.store import load_study, save_study
-from reports.paper.figures import HIGH, LOW, overview, panels, single, verdict_map
+from reports.paper.figures import HIGH, LOW, file_name, overview, panels, sheet, single, verdict_map
 from reports.paper.files import write_paper
 from reports.tables import cells
 from reports.tables.judged import printed_verdicts
@@ -225,6 +225,33 @@ def test_few_figures_are_drawn_unless_more_are_asked_for(small, tmp_path):
     assert {path.name for path in written} - set(names) == {
         *("index.md", "figures.tex", "verdicts.tex", "values.tex", "settings.tex")
     }
+
+
+def test_of_one_load_there_are_errors_and_no_curves_and_that_is_said(ball, study, tmp_path):
+    """Lone points on axes of 0.01 % showed nothing."""
+    rows = ball.rows.where(ball.rows["step"] == 0)
+    one = replace(ball, rows=rows, fields={})
+    keys = [f"speed-{name}" for name in one.quantities]
+    assert list(panels(one)) == [file_name(key) for key in keys]
+    labels = [axes.get_ylabel().replace("\n", " ") for axes in overview(one).axes]
+    assert labels == ["largest error of contact area", "largest error of force"]
+    write_paper(replace(study, scenes=(one,)), tmp_path, ("png",))
+    assert "One load: no curves" in (tmp_path / "index.md").read_text(encoding="utf-8")
+
+
+def test_a_legend_of_many_long_names_stays_inside(ball):
+    """Six names in a row were cut off on both sides."""
+    figure = panels(ball)["speed-force"]
+    (shown, *_) = (series for series in figure.series if series.legend)
+    names = [f"finite elements of a counter body, kind {k}" for k in range(7)]
+    series = [replace(shown, look=shown.look.labelled(name)) for name in names]
+    for paper in (single(replace(figure, series=series)), sheet([replace(figure, series=series)])):
+        paper.canvas.draw()
+        (legend,) = paper.legends
+        box = legend.get_window_extent()
+        assert box.x0 >= 0
+        assert box.x1 <= paper.bbox.width
+        assert box.y0 > paper.axes[0].bbox.y1
 
 
 def test_the_overview_shows_the_quantity_that_decides(ball):
