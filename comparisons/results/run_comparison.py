@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
@@ -24,15 +24,9 @@ SLOWER = 1.5
 SHORTEST = 0.02
 
 # A run keeps one time of a solve, no scatter: that it took longer is told, not that it is slower.
-SAME, CHANGED, LOST, RECOVERED, ONE_SIDED, VERDICT, SLOW, FAST = (
-    "same",
-    "moved",
-    "lost",
-    "found again",
-    "in one run only",
-    "verdict changed",
-    "took longer",
-    "took less time",
+KINDS = LOST, CHANGED, VERDICT, SLOW, RECOVERED, FAST, ONE_SIDED, SAME = (
+    *("lost", "moved", "verdict changed", "took longer", "found again"),
+    *("took less time", "in one run only", "same"),
 )
 # What a comparison fails on; the rest is told. A time alone is no worse answer.
 BAD = (CHANGED, LOST, VERDICT)
@@ -192,19 +186,13 @@ def problem_of(scene: SceneRecord) -> dict[str, object]:
 
 def differences(was: SceneRecord, now: SceneRecord) -> list[str]:
     """Return the keys of a scene, but its name, that differ between two runs, with both values."""
-
-    def entries(table: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
-        for key, value in table.items():
-            if isinstance(value, dict) and value.keys() != {"values"}:
-                yield from entries(value, f"{path}{key}.")
-            else:
-                yield f"{path}{key}", value["values"] if isinstance(value, dict) else value
-
-    sides = [dict(entries(scene.tables)) for scene in (was, now)]
-    for side, scene in zip(sides, (was, now), strict=True):
-        side["compare.tolerance"] = scene.tolerance  # also where it is the default
+    sides = [
+        pd.json_normalize(scene.tables).to_dict("records")[0]
+        | {"compare.tolerance": scene.tolerance}  # also where it is the default
+        for scene in (was, now)
+    ]
     return [
-        f"{key}: {' → '.join(_in_words(key, side.get(key)) for side in sides)}"
+        f"{key.removesuffix('.values')}: {' → '.join(_in_words(key, s.get(key)) for s in sides)}"
         for key in dict.fromkeys([*sides[0], *sides[1]])
         if key != "name" and sides[0].get(key) != sides[1].get(key)
     ]
@@ -217,8 +205,8 @@ def _in_words(key: str, value: Any) -> str:
     values = value if isinstance(value, list) else [value]
     if not values or not all(type(item) in (int, float) for item in values):
         return "not given" if value is None else excerpt(value)
-    unit = quantity(key.removeprefix("loading.")).unit if key.startswith("loading.") else ""
-    scale = fmt.prefix_for(values, unit)
+    table, _, name = key.removesuffix(".values").partition(".")
+    scale = fmt.prefix_for(values, quantity(name).unit if table == "loading" else "")
     texts = [fmt.without_padding(fmt.number(item * scale.factor, 12)) for item in values]
     text = ", ".join(texts) if len(texts) <= 4 else f"{len(texts)} from {texts[0]} to {texts[-1]}"
     return f"{text}{fmt.THIN}{scale.unit}" if scale.unit else text
@@ -240,28 +228,27 @@ def at_common_loads(was: SceneRecord, now: SceneRecord) -> tuple[SceneRecord, Sc
         x, y = x[:0], y[:0]
     if was.is_path:
         places = np.arange(min(len(x), len(y)))
-        common = np.cumprod(np.isclose(x[places], y[places], MOVED, 0).all(axis=1)) > 0
+        near = np.cumprod(np.isclose(x[places], y[places], MOVED, 0).all(axis=1)) > 0
     else:  # loads increase
         places = np.searchsorted(y[:, 0], x[:, 0] - MOVED * np.abs(x[:, 0]))
-        common = places < len(y)
-        common[common] = np.isclose(x[common], y[places[common]], MOVED, 0)[:, 0]
-    steps = dict(zip(second.index[places[common]], first.index[: len(common)][common], strict=True))
+        near = places < len(y)
+        near[near] = np.isclose(x[near], y[places[near]], MOVED, 0)[:, 0]
+    steps = dict(zip(second.index[places[near]], first.index[: len(near)][near], strict=True))
     whole = len(steps) == len(first) == len(second)
     sides = []
     for scene, own in ((was, {step: step for step in steps.values()}), (now, steps)):
         table = scene.rows.where(np.isin(scene.rows["step"], list(own))).frame()
-        table = table.assign(step=table["step"].map(own))
-        if whole:
-            sides.append(replace(scene, rows=Rows.of(table)))
-        else:
-            rows = Rows.of(table.assign(seconds=np.nan))
-            sides.append(replace(scene, rows=rows, verdicts=()))
-    loads = first.loc[list(steps.values()), was.control].tolist()
-    told = (
-        f"only the loads of both runs are compared ({_in_words(f'loading.{was.control}', loads)})"
-    )
-    told += ", and no verdict or time, which are of all loads"
-    told = told if loads else "no load is common to both runs, so that nothing is compared"
+        table["step"] = table["step"].map(own)
+        if not whole:
+            table["seconds"] = np.nan
+        verdicts = scene.verdicts if whole else ()
+        sides.append(replace(scene, rows=Rows.of(table), verdicts=verdicts))
+    if loads := first.loc[list(steps.values()), was.control].tolist():
+        common = _in_words(f"loading.{was.control}", loads)
+        told = f"only the loads of both runs are compared ({common}), and no verdict or time, "
+        told += "which are of all loads"
+    else:
+        told = "no load is common to both runs, so that nothing is compared"
     return sides[0], sides[1], "" if whole else told
 
 

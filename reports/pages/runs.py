@@ -8,25 +8,13 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from comparisons import formatting as fmt
-from comparisons.results.run_comparison import (
-    CHANGED,
-    FAST,
-    LOST,
-    ONE_SIDED,
-    RECOVERED,
-    SAME,
-    SLOW,
-    VERDICT,
-    Change,
-    RunComparison,
-)
+from comparisons.results.run_comparison import KINDS, ONE_SIDED, SAME, Change, RunComparison
 from reports.pages.page import render
 from reports.plots.axes import log_axis
 from reports.plots.figure import Figure, Series
 from reports.plots.style import DOTTED, MUTED, Look, drawing_order, look
 from reports.tables.runs import changes
 
-KINDS = (LOST, CHANGED, VERDICT, SLOW, RECOVERED, FAST, ONE_SIDED, SAME)
 MARGIN = 1.6
 SMALLEST = 1e-12  # errors below are round-off, and a plot of their ratios would show noise
 DIAGONAL = Look("unchanged", MUTED, dash=DOTTED)

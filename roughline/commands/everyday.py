@@ -342,21 +342,12 @@ def compare(
     from comparisons.errors import InputError
     from comparisons.files import write_text
     from comparisons.results.folder import held
-    from comparisons.results.run_comparison import compare_runs
-    from comparisons.results.store import load_study
     from reports.pages.runs import comparison_page
     from roughline.commands import terminal
     from roughline.commands.arguments import DEFAULT_FOLDER, share
+    from roughline.studies import compare_runs
 
-    moved = share(tolerance)
-    problems = [
-        f"{name}: expected a number above {least}, got {number}"
-        for name, number, least in (("--tolerance", moved, 0), ("--slower", slower, 1))
-        if not least < number < float("inf")
-    ]
-    if problems:
-        raise InputError("\n".join(problems))
-    record = compare_runs(load_study(before), load_study(after), moved, slower)
+    record = compare_runs(before, after, tolerance=share(tolerance), slower=slower).record
     runs = f"{before.resolve().name}-{after.resolve().name}"
     out = out or DEFAULT_FOLDER / f"comparison-{runs}"
     page = out / "comparison.html"
