@@ -99,6 +99,8 @@ class RunComparison:
         kinds = [c.kinds for c in self.changes if c.kinds != (ONE_SIDED,)]
         changed = sum(not {SAME, *TIMED}.issuperset(own) for own in kinds)
         alone = len(self.changes) - len(kinds)
+        if not kinds:
+            return "Nothing in both runs can be compared"
         return (
             f"Of {len(kinds)} solves (one method at one resolution) in both runs "
             f"{changed or 'none'} changed an answer or a verdict"

@@ -65,43 +65,27 @@ def _before_and_after(
     label: Callable[[object], str],
 ) -> Figure | None:
     """Return what solves had before (first of `pairs`) and after, or None if none had both."""
-    known = [
-        (change, pair)
-        for change, pair in zip(solves, pairs, strict=True)
-        if np.isfinite(pair).all() and (pair > 0).all()
-    ]
-    if not known:
+    pairs = pairs.reshape(-1, 2)
+    known = np.flatnonzero((np.isfinite(pairs) & (pairs > 0)).all(axis=1))
+    if not len(known):
         return None
-    values = np.array([pair for _, pair in known])
-    span = float(values.min()) / MARGIN, float(values.max()) * MARGIN
+    span = float(pairs[known].min()) / MARGIN, float(pairs[known].max()) * MARGIN
     ends = np.array(span)
     series = [Series(DIAGONAL, ends, ends, marks=False, legend=False, width=1)]
-    for method in drawing_order({change.method for change, _ in known}):
+    for method in drawing_order({solves[k].method for k in known}):
         for worse in (False, True):  # each has its legend
-            own = [
-                (change, pair)
-                for change, pair in known
-                if change.method == method and change.bad == worse
-            ]
+            own = [k for k in known if (solves[k].method, solves[k].bad) == (method, worse)]
             if not own:
                 continue
-            drawn, (x, y) = look(method), np.array([pair for _, pair in own]).T
+            drawn, (x, y) = look(method), pairs[own].T
             texts = (
-                f"{drawn.label}, {c.scene}, N = {c.resolution}: {label(before)} before, "
-                f"{label(after)} after; {c.text}"
-                for c, (before, after) in own
+                f"{drawn.label}, {solves[k].scene}, N = {solves[k].resolution}: "
+                f"{label(pairs[k, 0])} before, {label(pairs[k, 1])} after; {solves[k].text}"
+                for k in own
             )
-            series.append(
-                Series(
-                    drawn.labelled(f"{drawn.label}, worse") if worse else drawn,
-                    x,
-                    y,
-                    line=False,
-                    hollow=worse,
-                    hover=tuple(texts),
-                    faint=0.8,
-                )
-            )
+            style = drawn.labelled(f"{drawn.label}, worse") if worse else drawn
+            hover = tuple(texts)
+            series.append(Series(style, x, y, line=False, hollow=worse, hover=hover, faint=0.8))
     return Figure(
         f"{word}s",
         f"{word.capitalize()} before and after",

@@ -183,6 +183,7 @@ def test_without_a_common_load_nothing_is_compared(tmp_path, more):
     record = compare_runs(first, second)
     assert record.notes[-1] == "ball: no load is common to both runs, so that nothing is compared"
     assert record.changes == ()
+    assert record.sentence == "Nothing in both runs can be compared"
 
 
 def test_paths_are_compared_until_they_part(tmp_path):
