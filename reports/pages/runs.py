@@ -24,7 +24,7 @@ ERRORS = (
 )
 TIMES = (
     "One marker per solve: its time before and after. Above the line it took longer. A run keeps "
-    "no scatter of times, and on a busy machine it is large: `roughline bench` measures times. "
+    "no scatter of times, and on a busy machine it is large: roughline bench measures times. "
     "Hollow markers: highlighted in the table."
 )
 
