@@ -66,8 +66,8 @@ def _before_and_after(
 ) -> Figure | None:
     """Return what solves had before (first of `pairs`) and after, or None if none had both."""
     pairs = pairs.reshape(-1, 2)
-    known = np.flatnonzero((np.isfinite(pairs) & (pairs > 0)).all(axis=1))
-    if not len(known):
+    known = np.flatnonzero((np.isfinite(pairs) & (pairs > 0)).all(axis=1)).tolist()
+    if not known:
         return None
     span = float(pairs[known].min()) / MARGIN, float(pairs[known].max()) * MARGIN
     ends = np.array(span)
