@@ -32,9 +32,10 @@ class Method:
     # Factor of the work when the resolution doubles: N^2 log N and more iterations for grids, N^5
     # for meshes, N^6 for dense matrices.
     growth: float = 6.0
-    # The time of a typical job of the quick suite, measured once: until one of the method is done,
-    # the least that is expected.
+    # The time of a usual job of single contacts, measured once, and of one surface (line) of 64
+    # points a side, from a run on a busy machine over how much longer its single contacts took.
     seconds: float | None = None
+    surface: float | None = None
     # Other people's code (peer) checks the reference, and is never the reference itself. A user's
     # (outside) is untrusted: it is judged, and takes no part in what the truth is.
     origin: Literal["own", "peer", "outside"] = "own"
@@ -55,10 +56,10 @@ class Method:
 
 BUILT_IN: dict[str, Method] = {
     "closed_form": Method("closed form", preference=0, exact=True, seconds=0.01),
-    "reduced": Method("reduced model", dimension=1, seconds=0.03),
+    "reduced": Method("reduced model", dimension=1, seconds=0.03, surface=5e-5),
     "bem_dense": Method("dense BEM", preference=3, grid=True, growth=64.0, seconds=0.2),
-    "bem_fft": Method("FFT BEM", preference=1, grid=True, growth=4.7, seconds=0.35),
-    "fem": Method("FEM", preference=2, growth=40.0, seconds=0.6),
+    "bem_fft": Method("FFT BEM", preference=1, grid=True, growth=4.7, seconds=0.35, surface=0.1),
+    "fem": Method("FEM", preference=2, growth=40.0, seconds=0.6, surface=0.1),
     "mca": Method("cellular automata", preference=4, growth=16.0, on_request=True),
     "tamaas": Method("Tamaas", origin="peer", isolated=True),
     "contactmechanics": Method("ContactMechanics", origin="peer", isolated=True),

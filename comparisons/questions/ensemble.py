@@ -221,7 +221,7 @@ def bundle_job(task: Task, identity: str, surfaces: range) -> Job:
     memory = solver.memory(replace(task, realisations=block))
     memory += _BYTES * len(surfaces) * len(task.loads.values)
     setting = f"{task.scene.name}-{task.method}-{task.resolution}"
-    kind = Kind(task.scene.name, task.method, task.resolution, len(surfaces))
+    kind = replace(Kind.of(task), realisations=len(surfaces), timed=False)
     key = f"{setting}-{surfaces.start}-{identity}"
     return Job(key, solve_bundle, (task, identity, surfaces), memory, kind, BUNDLE)
 

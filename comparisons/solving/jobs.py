@@ -26,8 +26,9 @@ if TYPE_CHECKING:
 # Solves that are timed are repeated up to so many times, within so many seconds.
 REPEATS, REPEAT_SECONDS = 3, 0.1
 # Seconds of a solve that do not grow with the grid, and the most by which what exceeds them grew at
-# a doubling: meshes and dense matrices of single contacts are too small for their law.
-OVERHEAD, STEEPEST = 0.1, 16.0
+# a doubling: meshes and dense matrices of single contacts are too small for their law. Of rough
+# surfaces all methods take about as long as they have points.
+OVERHEAD, STEEPEST, ROUGH = 0.1, 16.0, 4.0
 
 
 @dataclass(frozen=True)
@@ -41,13 +42,22 @@ class Kind:
     realisations: int = 1
     # Whether a short solve is repeated for its time: on the first surfaces of an ensemble.
     timed: bool = False
+    rough: bool = False
 
     @classmethod
     def of(cls, task: Task) -> Kind:
         """Return the kind of a solve."""
-        surfaces = task.realisations
-        name, first = task.scene.name, surfaces[0] == 0
-        return cls(name, task.method, task.resolution, len(surfaces), first)
+        scene, of = task.scene, task.realisations
+        return cls(scene.name, task.method, task.resolution, len(of), of[0] == 0, scene.rough)
+
+    @property
+    def usual_seconds(self) -> float | None:
+        """What such a job once took; of rough surfaces as they have points. None: unknown."""
+        row = METHODS.get(self.method)
+        if row is None or row.surface is None or not self.rough:
+            return None if row is None else row.seconds
+        sides = 1 if row.dimension == 1 else 2
+        return row.surface * self.realisations * (self.resolution / 64) ** sides
 
 
 @dataclass(frozen=True)
@@ -113,18 +123,20 @@ class Forecast:
 
     The cost of a job is estimated from jobs with the same scene, method and resolution; else from
     those at the nearest resolution, the solving scaled as from there in other scenes, or by the
-    growth of the method's work; else from the mean job of the method at the nearest resolution, as
-    jobs of an ensemble hold as many surfaces as take about as long; else what a job of the method
-    once took (`facts.methods`). For a method from outside it is unknown.
+    growth of the method's work; else from what such a job usually takes (`facts.methods`), times
+    the pace: what jobs of the method, else all jobs, took so far over what they usually take.
+    For a method from outside it is unknown until a job of it is done.
     """
 
-    _costs: dict[tuple[str, str], dict[int, _Cost]] = field(default_factory=dict)
+    _costs: dict[tuple[str, str, bool], dict[int, _Cost]] = field(default_factory=dict)
+    # By methods: what their jobs took, and what such jobs usually take.
+    _paces: dict[str, tuple[float, float]] = field(default_factory=dict)
 
     def learn(self, kind: Kind, seconds: float, solving: float = math.inf) -> None:
         """Record the cost of a job without compilation, and the time of one of its solves."""
         if not math.isfinite(seconds):
             return
-        costs = self._costs.setdefault((kind.scene, kind.method), {})
+        costs = self._costs.setdefault((kind.scene, kind.method, kind.rough), {})
         cost = costs.setdefault(kind.resolution, _Cost())
         seconds = max(seconds, 0.0)
         solving = solving if solving < seconds else seconds  # of what is lost NaN
@@ -132,53 +144,45 @@ class Forecast:
         cost.solving += solving
         cost.realisations += kind.realisations
         cost.jobs += 1
+        taken, usual = self._paces.get(kind.method, (0.0, 0.0))
+        self._paces[kind.method] = taken + seconds, usual + (kind.usual_seconds or 1.0)
 
     def cost(self, kind: Kind) -> float | None:
         """Return the estimated seconds of a job, or None if unknown."""
-        of_method = [costs for (_, name), costs in self._costs.items() if name == kind.method]
-        own = self._costs.get((kind.scene, kind.method))
-        known = of_method if own is None else [own]
-        if not known:
-            return METHODS[kind.method].seconds if kind.method in METHODS else None
-        resolutions = {n for costs in known for n in costs}
-        nearest = min(resolutions, key=lambda n: abs(math.log(n / kind.resolution)))
-        alike = [costs[nearest] for costs in known if nearest in costs]
-        jobs = sum(cost.jobs for cost in alike)
-        beside = sum(cost.beside for cost in alike) / jobs
-        solving = sum(cost.solving for cost in alike) / jobs
-        if own is not None:
-            both = [c for c in of_method if nearest in c and kind.resolution in c]
-            here, there = (
-                sum(c[n].solving / c[n].realisations for c in both)
-                for n in (nearest, kind.resolution)
-            )
-            solving *= jobs * kind.realisations / own[nearest].realisations
-            if here > 0.0:
-                solving *= there / here
-            else:
-                doublings = math.log2(kind.resolution / nearest)
-                grown = min(growth(kind.method), STEEPEST) ** doublings
-                solving += max(solving - OVERHEAD, 0.0) * (grown - 1.0)
-        return beside + _repeated(solving, kind)
+        if (own := self._costs.get((kind.scene, kind.method, kind.rough))) is None:
+            usual, of_method = kind.usual_seconds, self._paces.get(kind.method)
+            if usual is None and of_method is None:
+                return None
+            timed = [pace for name, pace in self._paces.items() if Kind(method=name).usual_seconds]
+            taken, usually = of_method or (sum(pace[side] for pace in timed) for side in (0, 1))
+            return (usual or 1.0) * (taken / usually if usually else 1.0)
+        nearest = min(own, key=lambda n: abs(math.log(n / kind.resolution)))
+        cost = own[nearest]
+        solving = cost.solving / cost.realisations * kind.realisations
+        alike = [c for key, c in self._costs.items() if key[1:] == (kind.method, kind.rough)]
+        both = [c for c in alike if nearest in c and kind.resolution in c]
+        here, there = (
+            sum(c[n].solving / c[n].realisations for c in both) for n in (nearest, kind.resolution)
+        )
+        if here > 0.0:
+            solving *= there / here
+        else:
+            grown = ROUGH if kind.rough else min(growth(kind.method), STEEPEST)
+            grown **= math.log2(kind.resolution / nearest)
+            solving += max(solving - OVERHEAD, 0.0) * (grown - 1.0)
+        return cost.beside / cost.jobs + _repeated(solving, kind)
 
     def remaining(self, kinds: Iterable[Kind], workers: int) -> Remaining:
         """Return the remaining time of jobs, divided among the workers.
 
-        It is complete if of each job's method another was done on this scene, or as fine a one.
+        It is complete if of each job's method another was done, of rough surfaces on others.
         """
         asked = list(kinds)
         estimates = [cost for cost in map(self.cost, asked) if cost is not None]
         # One worker has the longest job, however many workers there are.
         seconds = max(sum(estimates) / workers, max(estimates, default=0.0))
-        finest: dict[str, int] = {}
-        for (_, method), costs in self._costs.items():
-            finest[method] = max(finest.get(method, 0), *costs)
-        complete = all(
-            (kind.scene, kind.method) in self._costs
-            or kind.resolution <= finest.get(kind.method, 0)
-            for kind in asked
-        )
-        return Remaining(seconds, complete)
+        done = {key[1:] for key in self._costs}
+        return Remaining(seconds, all((kind.method, kind.rough) in done for kind in asked))
 
 
 def _repeated(solving: float, kind: Kind) -> float:

@@ -7,7 +7,7 @@ from itertools import pairwise
 import pytest
 
 from comparisons.facts.methods import METHODS
-from comparisons.solving.jobs import OVERHEAD, REPEAT_SECONDS, Forecast, Kind, Remaining
+from comparisons.solving.jobs import OVERHEAD, REPEAT_SECONDS, ROUGH, Forecast, Kind, Remaining
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 
@@ -30,6 +30,10 @@ def test_a_finer_task_costs_more_by_the_growth_of_its_method(kind):
     forecast = Forecast()
     forecast.learn(kind, 1.0 + OVERHEAD)
     finer = forecast.cost(replace(kind, resolution=256))
+    assert math.isclose(finer, ROUGH**2 + OVERHEAD)
+    ball = replace(kind, rough=False)
+    forecast.learn(ball, 1.0 + OVERHEAD)
+    finer = forecast.cost(replace(ball, resolution=256))
     assert math.isclose(finer, METHODS["bem_fft"].growth ** 2 + OVERHEAD)
 
 
@@ -52,6 +56,7 @@ def test_the_next_level_costs_as_much_as_it_did(kind, levels, realisations):
         for (coarse, seconds), (fine, expected) in pairwise(measured):
             forecast = Forecast()
             job = replace(kind, method=method, resolution=coarse, realisations=realisations)
+            job = replace(job, rough=levels is SURFACES)
             forecast.learn(job, realisations * seconds)
             told = forecast.cost(replace(job, resolution=fine)) / realisations
             least, most = sorted((told, expected))
@@ -71,11 +76,24 @@ def test_the_nearest_resolution_counts_and_another_scene_only_if_its_own_is_new(
     forecast.learn(replace(kind, resolution=16), 1.0)
     forecast.learn(replace(kind, resolution=128), 100.0)
     finer = forecast.cost(replace(kind, resolution=256))
-    assert math.isclose(finer, (100 - OVERHEAD) * METHODS["bem_fft"].growth + OVERHEAD)
-    # the mean job of the method, however many surfaces it has
-    forecast.learn(replace(kind, scene="third", resolution=128), 50.0)
-    other = replace(kind, scene="other", resolution=256, realisations=1000)
-    assert math.isclose(forecast.cost(other), 75.0)
+    assert math.isclose(finer, (100 - OVERHEAD) * ROUGH + OVERHEAD)
+
+
+def test_in_another_scene_a_job_takes_what_it_usually_does_at_the_pace_so_far(kind):
+    """On a host half as fast: of the method, else of all; balls say what of surfaces is typical."""
+    fft, fem = METHODS["bem_fft"], METHODS["fem"]
+    forecast, ball = Forecast(), replace(kind, scene="ball", realisations=1, rough=False)
+    forecast.learn(ball, 2 * fft.seconds)
+    assert math.isclose(forecast.cost(kind), 2 * 25 * fft.surface)
+    assert math.isclose(forecast.cost(replace(kind, resolution=256)), 2 * 25 * 16 * fft.surface)
+    assert math.isclose(forecast.cost(replace(ball, method="fem")), 2 * fem.seconds)
+    forecast.learn(replace(ball, method="fem"), 6 * fem.seconds)
+    assert math.isclose(forecast.cost(replace(kind, method="fem")), 6 * 25 * fem.surface)
+    # of an unknown method the mean job
+    own = replace(ball, method="winkler")
+    assert forecast.cost(own) is None
+    forecast.learn(own, 4.0)
+    assert forecast.cost(replace(own, scene="other")) == 4.0
 
 
 def test_a_finer_task_costs_more_as_it_did_in_another_scene(kind):
@@ -99,17 +117,20 @@ def test_short_solves_are_repeated_for_their_time_only_on_the_first_surfaces(kin
 
 def test_before_any_job_one_of_our_methods_costs_at_least_what_it_once_did(kind):
     expected = Forecast().remaining([kind, kind], 1)
-    assert expected == Remaining(2 * METHODS["bem_fft"].seconds, complete=False)
+    assert expected == Remaining(2 * kind.usual_seconds, complete=False)
 
 
-def test_a_finer_grid_than_any_so_far_makes_another_scene_a_lower_bound(kind):
+def test_balls_make_a_rough_scene_a_lower_bound(kind):
     """A map of 4096 points a side is not done in the time of a ball."""
     forecast = Forecast()
+    ball = replace(kind, scene="ball", rough=False)
+    forecast.learn(ball, 10.0)
+    assert forecast.remaining([replace(ball, scene="other")], 1).complete
+    assert not forecast.remaining([kind], 1).complete
     forecast.learn(kind, 10.0)
-    other = replace(kind, scene="other")
-    assert forecast.remaining([other], 1).complete
-    assert not forecast.remaining([replace(other, resolution=4096)], 1).complete
-    assert forecast.remaining([replace(kind, resolution=4096)], 1).complete
+    large = forecast.remaining([replace(kind, scene="large", resolution=4096)], 1)
+    assert large.complete
+    assert large.seconds > 64**2
 
 
 def test_an_unknown_method_makes_the_sum_a_lower_bound(kind):
@@ -131,4 +152,4 @@ def test_workers_share_the_work_but_not_a_task(kind):
 def test_what_was_lost_teaches_nothing(kind):
     forecast = Forecast()
     forecast.learn(kind, float("nan"))
-    assert forecast.cost(kind) == METHODS["bem_fft"].seconds
+    assert forecast.cost(kind) == kind.usual_seconds
