@@ -225,10 +225,10 @@ def _verdicts(
             continue
         beyond = steps_outside(levels, resolution, truth, name)
         axis = plan.loads.axis
-        # a quantity is never compared at itself
         axes = (axis, counterpart(axis)) if plan.loads.compares_itself else (axis,)
         for at in axes:
-            if plan.loads.compares_itself and at == name:
+            # a quantity is never compared at itself, nor where it is prescribed
+            if at == name or (name in plan.loads.columns and not plan.loads.compares_itself):
                 continue
             errors = truth.errors(curves, name, at)
             bars = combined(*truth.error_sources(levels, resolution, name, at).values())

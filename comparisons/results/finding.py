@@ -15,7 +15,6 @@ from comparisons import formatting as fmt
 from comparisons.facts.methods import CLOSED_FORM, MODEL, title_of
 from comparisons.facts.quantities import in_order, quantity
 from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN, Verdict, worst
-from comparisons.reasons import STEEP
 from comparisons.results.advice import Setting, advise
 from comparisons.results.record import SceneRecord, depends_on_depth, once
 from comparisons.scene.indenters import AnyIndenter
@@ -24,7 +23,7 @@ from comparisons.scene.indenters.indenter import Indenter
 MOST = 8  # rows: a reader has ten seconds
 NAMED = 3  # families of a row that are named; more are counted
 YES, IN_PART, NO, NOT_KNOWN = "yes", "in part", "no", "not known"
-SMALL_SLOPES = "for small slopes only"  # and those of the scene are not
+SMALL_SLOPES = "for small slopes only"
 NOTHING = "none that was run is within"
 
 # What of a flat face is its size.
@@ -79,7 +78,7 @@ class FamilyRow:
     """One row."""
 
     scenes: str  # a family with its scenes, or several families
-    use: str  # "yes", "for F, d only" (within in these quantities), "no", "not known"
+    use: str  # "yes", "for F, d only", "for small slopes only" (which no scene has), "no" ...
     error: str  # the largest error with its bar, quantity and load
     # Time of its cheapest setting within the tolerance, and how many times that is taken by the
     # fastest 3-D setting.
@@ -128,8 +127,7 @@ def methods_of(records: Sequence[SceneRecord]) -> list[str]:
 def finding(records: Sequence[SceneRecord], method: str = MODEL) -> list[FamilyRow]:
     """Return where a method holds, where not, and what to use there."""
     judged = [record for record in records if method in record.judged_methods]
-    # one of many that is too steep is doubted in a note, not in a row of its own
-    standings = [_standing(record, method, len(records) == 1) for record in judged]
+    standings = [_standing(record, method) for record in judged]
     families = [item.family for item in standings]
     # the scenes of each row, families joined as far as they must be
     joined: tuple[Callable[[_Standing], tuple[str, str]], ...] = (
@@ -167,6 +165,8 @@ def finding(records: Sequence[SceneRecord], method: str = MODEL) -> list[FamilyR
             instead = f"{' or '.join(titles)} {_range(chosen)}"
             instead += f"; none in {left}" if left else ""
         use = uses[0] if len(uses) == 1 else IN_PART
+        if use == YES and all(item.scene.too_steep for item in group):
+            use = SMALL_SLOPES
         rows.append(FamilyRow(_named(group, families), use, largest, _cost(group), instead))
     return rows
 
@@ -177,7 +177,7 @@ def answers(record: SceneRecord, verdict: Verdict) -> bool:
     return verdict.counts and verdict.offered and verdict.quantity not in given
 
 
-def _standing(record: SceneRecord, method: str, alone: bool) -> _Standing:
+def _standing(record: SceneRecord, method: str) -> _Standing:
     known = [item for item in record.verdicts_on(method) if answers(record, item)]
     held = in_order(item.quantity for item in known if item.word == WITHIN)
     within = list(map(symbol, held))
@@ -185,8 +185,6 @@ def _standing(record: SceneRecord, method: str, alone: bool) -> _Standing:
         use = NOT_KNOWN
     elif not within:
         use = NO if any(item.word == OUTSIDE for item in known) else NOT_KNOWN
-    elif alone and any(doubt.startswith(STEEP) for doubt in record.plan.doubts):
-        use = SMALL_SLOPES
     else:
         use = YES if len(within) == len(known) else f"for {', '.join(within)} only"
     advice = advise(record)

@@ -36,6 +36,7 @@ from comparisons.files import read_arrays
 from comparisons.formatting import count
 from comparisons.judging.truth import Reference
 from comparisons.judging.verdicts import LAST_LOAD, NO_RESULT, Verdict
+from comparisons.reasons import STEEP
 from comparisons.results.folder import Run
 from comparisons.results.rows import NO_ROWS, Rows
 from comparisons.scene.half_space import DEPTH_KEYS
@@ -435,6 +436,11 @@ class SceneRecord:
         """Return why a method of lines or statistics holds by chance where it holds; else ""."""
         row = METHODS.get(method)
         return self.reference.chance if row is not None and row.dimension < 3 else ""
+
+    @property
+    def too_steep(self) -> bool:
+        """Whether slopes are so large that agreement says nothing: all methods take them small."""
+        return any(doubt.startswith(STEEP) for doubt in self.plan.doubts)
 
     @property
     def confidence(self) -> str:

@@ -119,8 +119,7 @@ def _why_unanswered(record: SceneRecord, name: str) -> str:
     if zero := _why_zero(record, name, record.solved[name]):
         return f"zero in every answer: {zero}"
     if name in record.reference.bars:
-        alone = name == record.along and len(set(record.solved["step"])) < 2
-        return f"only one load, so no comparison at equal {at}" if alone else ""
+        return "prescribed, the same for all" if name == record.control else ""
     judged = {item.quantity for item in record.verdicts if not item.reason}
     if name not in judged and not np.isfinite(record.solved[name]).any():
         return ": ".join(filter(None, [NOBODY, quantity(name).only]))

@@ -282,8 +282,8 @@ class AbsoluteLoads:
 
     @property
     def compares_itself(self) -> bool:
-        """Whether the prescribed load has a counterpart at which it is compared itself."""
-        return self.axis in NORMAL
+        """Whether the prescribed loads, of which there are several, have a counterpart."""
+        return self.axis in NORMAL and len(self.values) > 1
 
     @cached_property
     def columns(self) -> dict[str, np.ndarray]:

@@ -81,13 +81,14 @@ class Plan(PlanRecord):
     def compared(self) -> tuple[str, ...]:
         """The quantities that are compared: all that are asked for, but what is prescribed.
 
-        Force and penetration can each be compared at the other; along a path, in time or over
-        speeds the prescribed load is the same for all.
+        Of several loads force and penetration can each be compared at the other; along a path, in
+        time, over speeds and at a single load what is prescribed is the same for all. Asked for
+        alone, it stays, without a result.
         """
         quantities = self.scene.compare.quantities
-        return tuple(
-            q for q in quantities if self.loads.compares_itself or q not in self.loads.columns
-        )
+        if self.loads.compares_itself:
+            return quantities
+        return tuple(q for q in quantities if q not in self.loads.columns) or quantities
 
     def blocks(self, method: str, resolution: int = 1) -> list[tuple[int, ...]]:
         """Return the realisations of a method in blocks of one task each, smaller on fine grids."""

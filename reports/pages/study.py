@@ -165,7 +165,7 @@ def scene_view(scene: SceneRecord, anchor: str) -> SimpleNamespace:
     truth = look(method, scene).label if method else "none"
     if method and method != CLOSED_FORM:
         bar, worst = truth_known_to(scene, advice)
-        truth += f" ± {fmt.relative(bar)} in {quantity(worst).label}" if worst else " ± ?"
+        truth += f" ± {fmt.relative(bar)} in {symbol(worst)}" if worst else " ± ?"
     return SimpleNamespace(
         record=scene,
         anchor=anchor,
@@ -190,7 +190,7 @@ def scene_view(scene: SceneRecord, anchor: str) -> SimpleNamespace:
             **drawn,
         },
         loads=stored.slider_steps(scene),
-        values=tables.values_at_the_load(scene) if scene.of_one_load else None,
+        values=tables.values(scene) if scene.of_one_load else None,
         spots=tables.spots(scene),
         settings=tables.settings(scene),
         times=times_to_errors(scene, advice),
@@ -276,6 +276,7 @@ def judging(scenes: Sequence[tuple[str, SceneRecord, Advice]]) -> dict[str, Any]
                     for known in others(scene).values()
                 ],
                 "lucky": sorted(advice.lucky),
+                "steep": scene.too_steep,
                 "settings": [_setting(setting, advice) for setting in advice.settings],
             }
             for anchor, scene, advice in scenes

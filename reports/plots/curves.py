@@ -41,8 +41,8 @@ PROVED = "proved interval"
 def curves(scene: SceneRecord) -> list[Figure]:
     """Return each quantity against the prescribed load, or against time for a history.
 
-    Before them a measured curve; beside those that coincide their ratios to the reference. None of
-    a single load: points in empty plots say less than a table.
+    Before them a measured curve; beside those that coincide their differences from the reference.
+    None of a single load: points in empty plots say less than a table.
     """
     if scene.of_one_load and not scene.plan.measured:
         return []
@@ -58,7 +58,7 @@ def curves(scene: SceneRecord) -> list[Figure]:
         if name != along and name not in FIELDS:
             figures.append(curve(scene, along, name))
             if not quantity(name).single:
-                figures.append(ratio(scene, along, name))
+                figures.append(difference(scene, along, name))
     return [figure for figure in figures if figure]
 
 
@@ -135,30 +135,32 @@ def curve(scene: SceneRecord, across: str, up: str) -> Figure | None:
     )
 
 
-def ratio(scene: SceneRecord, across: str, up: str) -> Figure | None:
-    """Return a quantity over that of the reference, where its curves coincide; else None.
+def difference(scene: SceneRecord, across: str, up: str) -> Figure | None:
+    """Return a quantity less that of the reference, where its curves coincide; else None.
 
-    Along a path errors are relative to the largest value of it: ratios would be others.
+    Along a path errors are relative to the largest value of it, and have a plot that says so.
     """
     beside = _curves(scene, across, up)
     drawn = [item for item in beside if np.isfinite(item.errors).any()]
-    if scene.is_path or not drawn or not _coincide(_apart(beside)):
+    apart = _apart(beside)
+    if scene.is_path or not drawn or not _coincide(apart):
         return None
     x = np.concatenate([item.series.x for item in drawn])
     loads = np.concatenate([item.loads for item in drawn])
     bars = drawn[0].truth_bar
-    floor = Band(drawn[0].series.x, 1 - bars, 1 + bars, label=TRUTH_BAR)
+    floor = Band(drawn[0].series.x, -bars, bars, label=TRUTH_BAR)
     name = quantity(up)
+    scale = fmt.Scale(100.0, "%") if apart >= 1e-4 else fmt.Scale(1e6, "ppm")
     return Figure(
-        f"ratio-{up}",
-        _sentence(f"{name.label} over that of the reference"),
-        "What parts the curves: each method at its finest resolution over the reference, at equal "
-        f"{quantity(across).label}. Light band, if any: uncertainty of the reference.",
+        f"difference-{up}",
+        _sentence(f"{name.label} less that of the reference"),
+        "What parts the curves: each method at its finest resolution less the reference, over it, "
+        f"at equal {quantity(across).label}. Light band, if any: uncertainty of the reference.",
         value_axis(across, x, wants_log(loads)),
-        Axis(f"{name.symbol} over the reference's"),
-        tuple(replace(item.series, y=1 + item.errors, bars=None, marks=True) for item in drawn),
+        Axis("relative difference", f"Δ{name.symbol}", scale=scale),
+        tuple(replace(item.series, y=item.errors, bars=None, marks=True) for item in drawn),
         (floor,) if (bars > fmt.ROUND_OFF).any() else (),
-        (Level(1.0),),
+        (Level(0.0),),
         quantity=up,
     )
 
@@ -246,8 +248,8 @@ def _curves(scene: SceneRecord, across: str, up: str) -> list[_Curve]:
 def _caption(scene: SceneRecord, name: str, apart: float) -> str:
     parts = ["Each method at its finest resolution."]
     if _coincide(apart):
-        where = "the errors at every step" if scene.is_path else "their ratios to the reference"
-        parts.append(f"The curves coincide within {fmt.relative(apart)}: see {where}.")
+        where = "errors at every step" if scene.is_path else "differences from the reference"
+        parts.append(f"The curves coincide within {fmt.relative(apart)}: see their {where}.")
     if scene.along == "step":
         parts.append("Points are joined in the order of the path, along the arrows.")
     bars = scene.reference.known_to(name)

@@ -34,14 +34,13 @@ from reports.plots.figure import Axis, Band, Figure, Guide, Series, Stretch
 from reports.plots.style import CIRCLE, INK, drawing_order, look
 
 CAPTION = (
-    "Each method at its finest resolution. Horizontal line: tolerance. Shaded: below the "
-    "uncertainty of the reference, where an error is not resolved. Ring: the error that decided. "
-    f"{SIGN_NOTE} {FOOT_NOTE}"
+    "Each method at its finest resolution. Shaded: below the bar of the reference, where an error "
+    f"is not resolved. Ring: the error that decided. {SIGN_NOTE} {FOOT_NOTE}"
 )
 PATH_CAPTION = "Errors are relative to the largest value of the path, as values may be zero."
 SWEEP_CAPTION = (
     "Largest error over the loads of each scene, of each method at its finest resolution, with its "
-    f"uncertainty. Horizontal lines: tolerances. {SIGN_NOTE} {FOOT_NOTE}"
+    f"bar. {SIGN_NOTE} {FOOT_NOTE}"
 )
 MOST_TICKS = 10
 PREMISE = 0.1  # of the apparent area: rough lines are for real contact areas far below

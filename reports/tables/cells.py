@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from comparisons import formatting as fmt
+from comparisons.judging.verdicts import NO_RESULT, Verdict
 from reports.plots.style import look
 
 if TYPE_CHECKING:
@@ -132,6 +133,13 @@ def signed_error(value: float) -> Cell:
 def error(value: float, bar: float, text: str = "") -> Cell:
     """Return a relative error with its bar; `text` is how a verdict prints it."""
     return Cell(text or fmt.plus_minus(value, bar), float(value), "number", bar=float(bar))
+
+
+def of_verdict(judged: Verdict) -> Cell:
+    """Return the error with its bar that a verdict stands on."""
+    if judged.word == NO_RESULT:
+        return NOTHING
+    return error(judged.error, judged.uncertainty, judged.number)
 
 
 def verdict(*badges: str, text: str = "") -> Cell:

@@ -8,7 +8,7 @@ from dataclasses import replace
 from comparisons import formatting as fmt
 from comparisons.facts.methods import MODEL, NOT_ASKED, title_of
 from comparisons.facts.quantities import in_order, quantity
-from comparisons.judging.verdicts import NO_RESULT, Verdict, worst
+from comparisons.judging.verdicts import NO_RESULT, worst
 from comparisons.results.advice import ITSELF, Advice, advise
 from comparisons.results.finding import finding, symbol
 from comparisons.results.record import WHERE, SceneRecord
@@ -41,10 +41,9 @@ def verdict_table(scenes: Iterable[SceneRecord], method: str, *, reasons: bool =
                 because = f", {judgement.band}" if judgement.band else ""
             judged = cells.verdict(judgement.word, text=text + because if reasons else text)
             sides = (scene.name, best) if first else ("", "")
+            error = cells.of_verdict(judgement)
             true = true_value(scene, judgement.quantity)
-            rows.append(
-                (sides[0], label, _error(judgement), judgement.when, judged, true, sides[1])
-            )
+            rows.append((sides[0], label, error, judgement.when, judged, true, sides[1]))
     heads = ("scene", "quantity", "largest error", "at", "verdict", TRUE, "cheapest")
     found = table(heads, rows, title=_headline(method))
     return found if any(row[3] for row in rows) else found.without("at")
@@ -125,7 +124,7 @@ def summary_lines(scenes: Iterable[SceneRecord]) -> Table:
             decisive = worst(scene.verdicts_on(method))
             told_of.add(decisive.quantity)
             name = scene.name if method == MODEL else f"{scene.name}, {title_of(method)}"
-            error = _error(decisive)
+            error = cells.of_verdict(decisive)
             rows.append(
                 (name, cells.verdict(decisive.word), symbol(decisive.quantity), error, *best)
             )
@@ -145,12 +144,6 @@ def printed_verdicts(scenes: Iterable[SceneRecord]) -> Table:
         "time."
     )
     return replace(verdict_table(scenes, MODEL, reasons=False).without("at", TRUE), title=caption)
-
-
-def _error(verdict: Verdict) -> Cell:
-    if verdict.word == NO_RESULT:
-        return cells.NOTHING
-    return cells.error(verdict.error, verdict.uncertainty, verdict.number)
 
 
 def methods_table(scene: SceneRecord) -> Table:
@@ -175,7 +168,7 @@ def methods_table(scene: SceneRecord) -> Table:
         for index, item in enumerate(judged):
             setting = (label, cells.count(item.resolution), time) if index == 0 else ("", "", "")
             place = f"{quantity(item.quantity).label} ({item.where})"
-            rows.append((*setting, place, _error(item), cells.verdict(item.word)))
+            rows.append((*setting, place, cells.of_verdict(item), cells.verdict(item.word)))
     return table(("method", "N", "time", "quantity", "largest error", "verdict"), rows)
 
 
@@ -184,7 +177,7 @@ def answers(scenes: Iterable[SceneRecord], judged: Iterable[str]) -> Table:
     rows = []
     for scene, method in zip(scenes, judged, strict=True):
         decisive = worst(scene.verdicts_on(method))
-        error = _error(decisive) if decisive.word != NO_RESULT else decisive.reason
+        error = cells.of_verdict(decisive) if decisive.word != NO_RESULT else decisive.reason
         rows.append((scene.name, error, cells.verdict(decisive.word), advise(scene).sentence))
     heads = ("scene", "largest error of the reduced model", "verdict", "cheapest settings")
     return table(heads, rows)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import quantity
@@ -11,7 +11,6 @@ from comparisons.judging.levels import ensemble_text
 from comparisons.results.record import SceneRecord
 from comparisons.results.run_comparison import Change
 from comparisons.solving.plan_record import MethodPlan
-from reports.plots.style import look
 from reports.tables import cells
 from reports.tables.cells import Cell, Table, table
 
@@ -41,25 +40,16 @@ def plan(planned: Plan) -> Table:
     return table(("method", "resolutions", "plan"), rows, title=title)
 
 
-def plan_rows(scene: SceneRecord) -> list[dict[str, Any]]:
-    """Return the model and resolutions of each method that ran, or the reason for a refusal."""
-    refused = scene.unsupported
+def plan_rows(scene: SceneRecord) -> list[tuple[Cell, str, str]]:
+    """Return the model and resolutions of each method that ran."""
     planned = {item.method: item for item in scene.plan.methods}
     rows = []
-    for method in scene.methods:
+    for method in (name for name in scene.methods if name not in scene.unsupported):
         item = planned.get(method, MethodPlan(method, True, ""))
         levels = item.resolutions or scene.resolutions_solved(method)
         ensemble = ensemble_text(method, item.numbers, item.resolutions)
-        modelled = "; ".join(filter(None, [item.modelled, ensemble]))
-        rows.append(
-            {
-                "method": method,
-                "label": look(method, scene).label,
-                "supported": method not in refused,
-                "text": refused.get(method) or modelled,
-                "resolutions": ", ".join(fmt.count(level) for level in levels),
-            }
-        )
+        text = "; ".join(filter(None, [item.modelled, ensemble]))
+        rows.append((cells.method(method, scene=scene), text, ", ".join(map(fmt.count, levels))))
     return rows
 
 

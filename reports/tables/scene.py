@@ -37,58 +37,60 @@ STRESSES = ("pressure_mean", "pressure_peak", "von_mises_max", "von_mises_depth"
 
 
 def values(scene: SceneRecord) -> Table:
-    """Return loads, contact and stresses at every load, of the reference, then other methods."""
+    """Return loads, contact and stresses at every load, of the reference, then other methods.
+
+    Of a single load, which has no plots of errors, each compared value has its error beside it.
+    """
     first = filter(None, [scene.reference.method, *scene.judged_methods])
     methods = dict.fromkeys([*first, *filter(scene.resolutions_solved, scene.methods)])
+    beside = scene.quantities if scene.of_one_load else ()
+    names = dict.fromkeys([*COLUMNS, *beside, *STRESSES])
     rows: list[tuple[str, int, dict[str, float]]] = []
     for method in methods:
         curve = scene.curve(method)
         for index, step in enumerate(curve["step"]):
-            known = {name: float(curve[name][index]) for name in (*COLUMNS, *STRESSES)}
+            known = {name: float(curve[name][index]) for name in names}
             if fmt.finite(known["force"]) and known["contact_area"] > 0:
                 known["pressure_mean"] = known["force"] / known["contact_area"]
             asked = STRESSES if method == scene.reference.method else ("pressure_peak",)
             found = stresses(scene, method, int(step), set(asked))
             rows.append((method, int(step), known | found))
-    names = [n for n in (*COLUMNS, *STRESSES) if any(fmt.finite(row[n]) for _, _, row in rows)]
-    scales = {n: fmt.prefix_for([row[n] for _, _, row in rows], quantity(n).unit) for n in names}
-    heads = [Head("method"), Head("load step", short="step")]
-    for name, scale in scales.items():
-        symbol = quantity(name).symbol or quantity(name).label
-        short = f"{symbol} / {scale.unit}" if scale.unit else symbol
-        heads.append(Head(quantity(name).title(scale.unit), short=short))
+    heads = [Head("method")]
+    columns = [[cells.method(method, scene=scene) for method, *_ in rows]]
+    if not scene.of_one_load:
+        heads.append(Head("load step", short="step"))
+        columns.append([cells.count(step + 1) for _, step, _ in rows])
+    for name in names:
+        row, values = quantity(name), [known[name] for *_, known in rows]
+        if shown := any(map(fmt.finite, values)):
+            scale = fmt.prefix_for(values, row.unit)
+            symbol = row.symbol or row.label
+            short = f"{symbol} / {scale.unit}" if scale.unit else symbol
+            heads.append(Head(row.title(scale.unit), short=short))
+            scaled = [value * scale.factor for value in values]
+            columns.append(
+                [
+                    cells.number(fmt.number(value, 4), value)
+                    if fmt.finite(value)
+                    else cells.NOTHING
+                    for value in scaled
+                ]
+            )
+        if name in beside:
+            text = f"error of {row.label}"
+            heads.append(Head("error" if shown else text, "uncertainty", text))
+            judged = []
+            for method, *_ in rows:
+                (item,) = (item for item in scene.verdicts_on(method) if item.quantity == name)
+                truth = method == scene.reference.method
+                judged.append(cells.number("reference", 0.0) if truth else cells.of_verdict(item))
+            columns.append(judged)
     title = (
         f"{scene.title or scene.name}: values at every load, of the reference first, each method "
         "at its finest resolution; means over surfaces and lines where there are several. "
         "Stresses are those below the pressure that the method found."
     )
-    body = []
-    for method, step, known in rows:
-        scaled = [known[name] * scale.factor for name, scale in scales.items()]
-        numbers = [
-            cells.number(fmt.number(value, 4), value) if fmt.finite(value) else cells.NOTHING
-            for value in scaled
-        ]
-        body.append((cells.method(method, scene=scene), cells.count(step + 1), *numbers))
-    return Table(tuple(heads), tuple(body), title=title)
-
-
-def values_at_the_load(scene: SceneRecord) -> Table:
-    """Return the values at the only load of a scene with their errors, in place of plots."""
-    known = values(scene)
-    rows = []
-    for row in known.rows:
-        errors = [
-            cells.error(item.error, item.uncertainty, item.number)
-            if item.word != NO_RESULT
-            else cells.NOTHING
-            for item in scene.verdicts_on(row[0].method)
-        ]
-        if row[0].method == scene.reference.method:
-            errors = [cells.number("reference", 0.0)] * len(errors)
-        rows.append((*row, *errors))
-    heads = [Head(f"error of {quantity(name).label}", "uncertainty") for name in scene.quantities]
-    return Table((*known.heads, *heads), tuple(rows)).without("load step")
+    return Table(tuple(heads), tuple(zip(*columns, strict=True)), title=title)
 
 
 def stresses(
@@ -300,7 +302,6 @@ def stability(scene: SceneRecord) -> Table:
         rows = rows.where(rows["realisation"] != MEAN)
         good = rows["converged"]
         lost, total = _lost_of(scene, method, level)
-        solved = total - lost
         rounds = rows["iterations"][good]
         rounds = rounds[np.isfinite(rounds)]
         least, most = (rounds.min(), rounds.max()) if len(rounds) else (np.nan, np.nan)
@@ -312,7 +313,7 @@ def stability(scene: SceneRecord) -> Table:
             (
                 cells.method(method, scene=scene),
                 cells.count(level),
-                Cell(fmt.count(solved), solved, "failed" if lost else "number"),
+                Cell(fmt.count(total - lost), total - lost, "failed" if lost else "number"),
                 cells.count(total),
                 cells.count(least),
                 cells.count(most),
@@ -350,9 +351,8 @@ def load_steps(scene: SceneRecord) -> Table:
     ]
     total = sum(map(len, tables))
     rows = Rows.joined(tables, MOST_ROWS)
-    first = [scene.drawn_along, scene.control, "penetration", "force", "contact_area"]
-    names = list(dict.fromkeys(first))
-    names += [name for name in scene.quantities if name not in names]
+    first = (scene.drawn_along, scene.control, "penetration", "force", "contact_area")
+    names = dict.fromkeys((*first, *scene.quantities))
     heads = [Head("method"), Head("N", "resolution"), Head("step")]
     columns = [
         [cells.method(method, scene=scene) for method in rows["method"]],

@@ -13,6 +13,7 @@ import pandas as pd
 
 from comparisons.errors import InputError
 from comparisons.facts.methods import METHODS
+from comparisons.facts.quantities import NORMAL
 from comparisons.files import plain, write_table
 from comparisons.formatting import relative
 from comparisons.judging.levels import mean_curves
@@ -240,7 +241,7 @@ def main_quantity(plan: Plan) -> str:
 
     For paths, histories and speed ranges it is the first compared quantity.
     """
-    if not plan.loads.compares_itself:
+    if plan.loads.axis not in NORMAL:
         return plan.compared[0]
     return "force" if plan.loads.control != "force" else "penetration"
 

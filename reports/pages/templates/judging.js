@@ -119,7 +119,8 @@ const findingOf = (method) => {
     const titles = new Set(chosen.map((one) => one.truth && !one.ranked ? judging.exact : one.title));
     const instead = !chosen.length ? "none that was run is within" : `${[...titles].join(" or ")} ${timesOf(chosen)}`
       + (chosen.length < group.length ? `; none in ${group.length - chosen.length}` : "");
-    return [scenes, uses.size === 1 ? [...uses][0] : "in part", error, cost, instead];
+    const use = uses.size > 1 ? "in part" : uses.has("yes") && group.every((one) => one.scene.steep) ? "for small slopes only" : [...uses][0];
+    return [scenes, use, error, cost, instead];
   });
 };
 const judgeFinding = (table) => {
@@ -199,7 +200,7 @@ const judgeAll = () => {
     judgeRow(scene, counts);
   }
   for (const table of document.querySelectorAll("table.finding")) judgeFinding(table);
-  document.querySelector(".tally").replaceChildren("Scenes: ", ...WORST_FIRST.filter((word) => counts.get(word)).flatMap((word) => {
+  document.querySelector(".tally")?.replaceChildren("Scenes: ", ...WORST_FIRST.filter((word) => counts.get(word)).flatMap((word) => {
     const badge = element("span");
     asBadge(badge, `${counts.get(word)} ${word}`);
     badge.className = `verdict ${toneOf(word)}`;

@@ -6,6 +6,7 @@ from functools import partial
 import pytest
 
 from comparisons.judging.verdicts import NO_RESULT, word_for, worst
+from comparisons.reasons import STEEP
 from comparisons.results.advice import advise
 from comparisons.results.finding import finding
 from comparisons.results.rows import Rows
@@ -94,8 +95,19 @@ def lucky_lines(scene):
     return replace(scene, reference=replace(scene.reference, chance="3 contacts, fewer than 30"))
 
 
-@pytest.mark.parametrize(("changed", "said"), [(slow_lines, "no need"), (lucky_lines, "not known")])
-def test_lines_that_cost_more_or_hold_by_chance_are_not_recommended(
+def steep_surfaces(scene):
+    return replace(scene, plan=replace(scene.plan, notes=(f"{STEEP}: h' = 3",)))
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        (slow_lines, "no need"),
+        (lucky_lines, "not known"),
+        (steep_surfaces, "for small slopes only"),
+    ],
+)
+def test_lines_that_cost_more_or_hold_by_chance_or_on_steep_surfaces_are_not_recommended(
     visit, study, tmp_path, changed, said
 ):
     """At 50 % the lines of the rough ensemble are within; both languages say what that is worth."""

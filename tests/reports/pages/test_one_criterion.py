@@ -9,7 +9,7 @@ import pytest
 
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import quantity
-from comparisons.judging.verdicts import judged, worst
+from comparisons.judging.verdicts import NO_RESULT, judged, worst
 from comparisons.questions.study import solved_in_memory
 from comparisons.results.advice import advise
 from comparisons.results.finding import finding
@@ -177,23 +177,41 @@ def test_the_finding_answers_what_to_use_for_a_ball_and_what_for_an_ellipsoid():
 
 
 def test_of_a_single_load_there_is_a_table_in_place_of_curves():
-    """A curve of one point is an empty plot; the values and errors stand in a table, Hertz's too.
+    """A curve of one point is an empty plot; each value has its error beside it, Hertz's too.
 
     Nothing names the load step: there is no other.
     """
-    one = {"loading": {"penetration": ["1 um"]}, "compare.quantities": ["force"]}
+    one = {"loading": {"penetration": ["1 um"]}}
     view = scene_view(solved("paraboloid", COARSE | one), "scene-1")
     assert not view.figures["curves"]
     assert not view.figures["errors"]
+    heads = [head.text.partition(" / ")[0] for head in view.values.heads]
+    assert heads[:4] == ["method", "force F", "error", "penetration depth d"]
+    assert heads[heads.index("penetration depth d") + 1] != "error"  # prescribed
+    place = heads.index("force F")
     rows = {row[0].text: row for row in view.values.rows}
-    assert rows["closed form"][-1].text == "reference"
-    (verdict,) = view.others["FFT BEM"].values()
-    assert rows["FFT BEM"][-1].text == verdict.number
+    assert rows["closed form"][place + 1].text == "reference"
+    verdict = view.others["FFT BEM"]["force"]
+    assert rows["FFT BEM"][place + 1].text == verdict.number
     assert verdict.text == f"force {verdict.number}"
     captions = [figure.caption for group in view.figures.values() for figure in group]
     said = " ".join([verdict.where, *(head.text for head in view.values.heads), *captions])
     assert "step 1" not in said
     assert "last load" not in said
+
+
+@pytest.mark.parametrize("asked", [["force", "penetration"], ["force"]])
+def test_what_a_single_load_prescribes_is_judged_only_if_nothing_else_is_asked(asked):
+    """It was "no result" in every table; without a verdict of another, it says why."""
+    scene = solved(
+        "paraboloid", COARSE | {"loading": {"force": ["1 N"]}, "compare.quantities": asked}
+    )
+    known = {item.quantity: (item.word, item.reason) for item in scene.verdicts_on()}
+    assert scene_view(scene, "scene-1").values.rows
+    if len(asked) > 1:
+        assert known == {"penetration": ("within", "")}
+    else:
+        assert known == {"force": (NO_RESULT, "prescribed, the same for all")}
 
 
 def test_the_page_of_one_scene_has_the_errors_of_every_solver():

@@ -99,16 +99,24 @@ def test_curves_carry_the_values_in_the_unit_of_the_axis(study):
     np.testing.assert_allclose(trace["y"], rows["force"], rtol=1e-5)
 
 
-def test_curves_that_coincide_are_shown_as_ratios_too(study):
-    """A line of 2 px on 300 px hides 1 %; errors of 0.1 % and their signs are seen at 1."""
+def test_curves_that_coincide_are_shown_as_differences_too(study):
+    """A line of 2 px on 300 px hides 1 %. Ticks are 20 ppm or 0.1 %, never 1.000020."""
     scene = study.scenes[0]
     shown = {figure.key: figure for figure in curves.curves(scene)}
-    (trace,) = traces(shown["ratio-force"], "FFT BEM")
+    (trace,) = traces(shown["difference-force"], "FFT BEM")
     error = scene.curve("bem_fft")["error_force"]
-    np.testing.assert_allclose(trace["y"], 1 + error, rtol=1e-5)  # six digits in the page
-    assert "ratios" in shown["curve-force"].caption
-    far = replace(scene, rows=Rows.of(scene.rows.frame().assign(error_force=0.2)))
-    assert "ratio-force" not in {figure.key for figure in curves.curves(far)}
+    np.testing.assert_allclose(trace["y"], 100 * error, rtol=1e-5)  # six digits in the page
+    assert shown["difference-force"].y.label == "relative difference ΔF / %"
+    assert "differences" in shown["curve-force"].caption
+
+    def within(error):
+        rows = Rows.of(scene.rows.frame().assign(error_force=error))
+        return {figure.key: figure for figure in curves.curves(replace(scene, rows=rows))}
+
+    (trace,) = traces(within(2e-5)["difference-force"], "FFT BEM")
+    assert trace["y"] == [20.0] * len(error)
+    assert within(2e-5)["difference-force"].y.scale.unit == "ppm"
+    assert "difference-force" not in within(0.2)
 
 
 def test_axes_become_logarithmic_with_the_span_of_the_loads(study):
@@ -209,15 +217,20 @@ def test_the_reference_is_marked_at_its_own_uncertainty(study):
 
 
 def test_an_error_below_the_bar_of_the_reference_is_no_achievement(study):
-    """The reference is known to 1 %: errors of 0.1 % are arrows there, where the front ends."""
+    """The reference is known to 1 %: errors of 0.1 % are arrows there, and the legend says so.
+
+    Of points that are all at the bar the first is best in both: there is no front to draw.
+    """
     scene = study.scenes[1]
     verdicts = tuple(replace(item, error=1e-3) for item in scene.verdicts)
     figure = speed.speed(replace(scene, verdicts=verdicts))[0]
     (points, arrows) = traces(figure, "reduced model")
     assert points["y"] == [None, None, None]
     assert arrows["y"] == [0.01, 0.01, 0.01]
-    (front,) = traces(figure, "Pareto front")
-    assert (front["x"], front["y"]) == (points["x"][:1], [0.01])
+    assert not traces(figure, "Pareto front")
+    (legend,) = traces(figure, "at or below the bar")
+    assert legend["marker"]["symbol"] == arrows["marker"]["symbol"]
+    assert not traces(speed.speed(scene)[0], "at or below the bar")
 
 
 def test_a_method_that_is_compared_with_itself_is_marked(study):

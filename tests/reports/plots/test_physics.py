@@ -331,13 +331,13 @@ def test_one_value_of_a_whole_path_is_a_point_for_each_method():
     assert curves.printed_curves(record("penetration", "step", columns))[0].x.ticks
 
 
-def test_one_model_beside_its_truth_has_a_ratio_where_both_coincide():
+def test_one_model_beside_its_truth_has_a_difference_where_both_coincide():
     """The caption sends a reader there: 1 % apart, and no third method."""
     columns = {"force": np.array([1.0, 2.0]), "speed": np.array([1.0, 3.0])}
-    curve, ratio = curves.curves(record("speed", "speed", columns))
-    assert "see their ratios to the reference" in curve.caption
-    (model,) = ratio.series
-    assert model.y == pytest.approx([1.005, 1.01])  # of the largest, as the record has it
+    curve, difference = curves.curves(record("speed", "speed", columns))
+    assert "see their differences from the reference" in curve.caption
+    (model,) = difference.series
+    assert model.y == pytest.approx([0.005, 0.01])  # of the largest, as the record has it
 
 
 def test_a_path_has_arrows_and_a_load_curve_has_none(study):
