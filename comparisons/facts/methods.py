@@ -71,8 +71,8 @@ THEORIES: dict[str, Method] = {
     "kalker": Method("Kalker's linear theory", dimension=1),
     "persson": Method("Persson's theory", dimension=2),
     "persson_xu": Method("Persson's theory after Xu", dimension=2),
-    "greenwood_williamson": Method("Greenwood & Williamson", dimension=2),
-    "bush_gibson_thomas": Method("Bush, Gibson & Thomas", dimension=2),
+    "greenwood_williamson": Method("Greenwood & Williamson's theory", dimension=2),
+    "bush_gibson_thomas": Method("Bush, Gibson & Thomas' theory", dimension=2),
 }
 # Contacts of other people's codes, models under test without options.
 LAWS: dict[str, Method] = {

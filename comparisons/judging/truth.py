@@ -233,14 +233,29 @@ class Truth:
     def _differing(
         self, second: Truth, quantities: tuple[str, ...], times: float = 1.0
     ) -> Iterator[tuple[str, np.ndarray, str]]:
-        """Yield quantity, difference (k,), and in words by how much, beyond `times` bars."""
+        """Yield quantity, difference (k,), and in words by how much, beyond `times` bars.
+
+        Where one adhesive contact has parted and the other holds, the load lies between their
+        jumps. These are told apart by the pull-off forces: if they agree, no curve differs there.
+        """
+
+        def apart(name: str) -> tuple[np.ndarray, np.ndarray]:
+            """Return how far both differ in a quantity, and how far they may, (k,)."""
+            curve, theirs = self.curves[name], second.curves[name]
+            bars = [combined(*truth._systematic(name).values()) for truth in (second, self)]
+            difference = np.abs(relative_error(theirs, curve, path=self.path))
+            return difference, times * combined(*bars) + EXACT
+
+        between_jumps = np.zeros(self.solution.converged.shape[1], dtype=bool)
+        if self.knows("pull_off_force", second.curves):
+            holds, also = (one.curves["contact_area"] > 0 for one in (self, second))
+            difference, allowed = apart("pull_off_force")
+            between_jumps = (holds != also) & (difference <= allowed)
         for name in quantities:
             if not self.knows(name, second.curves):
                 continue
-            curve, theirs = self.curves[name], second.curves[name]
-            difference = np.abs(relative_error(theirs, curve, path=self.path))
-            bars = [combined(*truth._systematic(name).values()) for truth in (second, self)]
-            allowed = times * combined(*bars) + EXACT
+            difference, allowed = apart(name)
+            difference = np.where(between_jumps, np.nan, difference)
             finite = np.isfinite(difference) & np.isfinite(allowed)
             if not finite.any():
                 continue

@@ -83,10 +83,10 @@ _THEORIES: dict[str, tuple[str, str, str, str | int, str, tuple[float, float], f
     "persson": ("Persson's theory", "#882255", "diamond-tall", "d", "5px,3px", (4, 3), 10),
     "persson_xu": ("Persson's theory after Xu", "#332288", "triangle-sw", 6, "3px,3px", (3, 3), 9),
     "greenwood_williamson": (
-        *("Greenwood & Williamson", "#999933", "star-square", "8", "2px,3px", (1.5, 2), 9),
+        *("Greenwood & Williamson's theory", "#999933", "star-square", "8", "2px,3px", (1.5, 2), 9),
     ),
     "bush_gibson_thomas": (
-        *("Bush, Gibson & Thomas", "#AA4499", "star-diamond", "X", "8px,3px", (6, 2.5), 9),
+        *("Bush, Gibson & Thomas' theory", "#AA4499", "star-diamond", "X", "8px,3px", (6, 2.5), 9),
     ),
     "kogut_etsion": ("Kogut & Etsion", "#882255", "triangle-nw", 4, "6px,2px", (5, 2), 9),
     "jackson_green": ("Jackson & Green", "#999933", "triangle-ne", 5, "3px,4px", (2, 3), 9),

@@ -22,12 +22,12 @@ def scenes() -> Table:
 
 def methods() -> Table:
     """Return all methods, and what they solve."""
-    from comparisons.facts.methods import ELEMENTS, METHODS, REPEATING_ELEMENTS
+    from comparisons.facts.methods import ELEMENTS, METHODS, REPEATING_ELEMENTS, THEORIES
 
     also = {ELEMENTS: f"; below rough surfaces {REPEATING_ELEMENTS}"}
-    solves = {1: "a line", 2: "a surface by its statistics", 3: "the 3-D contact"}
+    solves = {1: "a line", 3: "the 3-D contact"} | dict.fromkeys(THEORIES, "(a theory)")
     rows = (
-        (name, method.title + also.get(name, ""), solves[method.dimension])
+        (name, method.title + also.get(name, ""), solves.get(name) or solves[method.dimension])
         for name, method in METHODS.items()
     )
     return table(("name", "title", "solves"), rows, title="Methods")
