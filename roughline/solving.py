@@ -99,7 +99,7 @@ class Solution(SingleResult):
 
         Columns are the place ``x / m`` (or ``y / m``), increasing, and ``p / Pa``. Of a circular
         contact the radius to both sides; of cells the mean of the rows next to the line; of a mesh
-        its points on the line.
+        its points on the line. Cells on the rim of a flat face whose middle is beyond it are left out.
 
         Raises
         ------
@@ -114,7 +114,12 @@ class Solution(SingleResult):
         """
         if axis not in ("x", "y"):
             raise InputError(f"axis: expected 'x' or 'y', got {axis!r}")
-        field = self.pressure
+        field, indenter = self.pressure, self.scene.indenter
+        if indenter is not None and indenter.flat:
+            x, y = field.get("x", field.get("r")), field.get("y", np.zeros(len(field["p"])))
+            within = 1 - 1e-9  # nodes of a mesh lie on the edge
+            on_face = np.isfinite(indenter.gap(within * x, within * y))
+            field = {name: values[on_face] for name, values in field.items()}
         if "r" in field:
             inside = field["r"] > 0
             place = np.concatenate([-field["r"][inside][::-1], field["r"]])

@@ -219,6 +219,16 @@ def test_the_pressure_along_a_line_is_hertz_and_symmetric(scene, method):
         solution.pressure_along("z")
 
 
+@pytest.mark.parametrize("scene", ["cylinder", "square-punch", "elliptic-punch"])
+def test_the_pressure_along_a_flat_punch_ends_at_its_edge(scene):
+    """Cells on the rim reach beyond the face; nothing presses there. Green & Sneddon's is singular."""
+    solution = roughline.solve(scene, "bem_fft", 10, fields=True)
+    x, p = solution.pressure_along("x").to_numpy().T
+    (half, _) = solution.scene.indenter.reach(0.0)
+    assert np.abs(x).max() <= half
+    assert (p > 0).all()
+
+
 def test_the_line_of_a_rough_patch_goes_through_its_middle():
     """Cells next to the middle of a patch: two of its rows, whose mean it is."""
     solution = roughline.solve("rough-patch", "bem_fft", 16, fields=True)

@@ -14,7 +14,7 @@ from comparisons.methods.normal.grid import (
     make_grid,
     rough_resolutions,
 )
-from comparisons.methods.normal.grid_punches import punch_grid
+from comparisons.methods.normal.grid_punches import RIM, punch_grid
 from comparisons.methods.solver import Refused
 from comparisons.scene.scene import Scene
 from comparisons.tasks.task import Task
@@ -91,6 +91,8 @@ class BemDense(GridSolver[FreeOperator]):
 
     def model(self, geometry: Geometry) -> str:
         """Name the matrix."""
+        if isinstance(geometry, IndenterGeometry) and geometry.indenter.flat:
+            return f"only the cells of the face enter the matrix; {RIM}"
         return (
             "only the contact cells enter the matrix; the contact set is found by removing cells "
             "in tension and adding overlapping cells"

@@ -16,6 +16,7 @@ from comparisons.methods.normal.grid import (
     indenter_resolutions,
     rough_resolutions,
 )
+from comparisons.methods.normal.grid_punches import RIM
 from comparisons.scene.options import FftOptions
 from comparisons.scene.scene import Scene
 from comparisons.tasks.task import Task
@@ -113,6 +114,8 @@ class BemFft(HalfSpaceGrid):
         options = scene.methods.bem_fft
         # The edge cells of a flat face are known on a half-space: one linear problem.
         self.face = respond if scene.half_space.uniform else None
+        if self.face and scene.indenter is not None and scene.indenter.flat:
+            self.beside = RIM
         if scene.surface is not None and scene.surface.periodic:
             self.kernel = options.kernel
         # Of the warm-up alone, where a face is known: the option is not read then.

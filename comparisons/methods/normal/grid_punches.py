@@ -28,6 +28,8 @@ from reference.halfspace.punches import (
 Respond = Callable[[FreeOperator, np.ndarray], FaceResponse]
 # Corners of the polygon that stands for an ellipse: its outline errs by 1e-6 of the radius.
 _CORNERS = 4096
+# For readers of its pressure.
+RIM = "a cell on the rim carries the force on its part of the face, its middle may lie beyond"
 
 
 def face_outline(geometry: IndenterGeometry, area: float) -> np.ndarray:
