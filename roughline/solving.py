@@ -99,7 +99,8 @@ class Solution(SingleResult):
 
         Columns are the place ``x / m`` (or ``y / m``), increasing, and ``p / Pa``. Of a circular
         contact the radius to both sides; of cells the mean of the rows next to the line; of a mesh
-        its points on the line. Cells on the rim of a flat face whose middle is beyond it are left out.
+        its points on the line. Cells on the rim of a flat face are left out if their middle is
+        beyond it.
 
         Raises
         ------

@@ -221,7 +221,7 @@ def test_the_pressure_along_a_line_is_hertz_and_symmetric(scene, method):
 
 @pytest.mark.parametrize("scene", ["cylinder", "square-punch", "elliptic-punch"])
 def test_the_pressure_along_a_flat_punch_ends_at_its_edge(scene):
-    """Cells on the rim reach beyond the face; nothing presses there. Green & Sneddon's is singular."""
+    """Cells on the rim reach beyond the face, where nothing presses."""
     solution = roughline.solve(scene, "bem_fft", 10, fields=True)
     x, p = solution.pressure_along("x").to_numpy().T
     (half, _) = solution.scene.indenter.reach(0.0)

@@ -14,6 +14,7 @@ from typing import ClassVar
 import numpy as np
 from scipy.optimize import brentq
 
+from comparisons.formatting import with_unit
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.methods.normal.closed_form import FormSolver
 from comparisons.methods.normal.reduced import ProfileSolver, line_picture
@@ -205,13 +206,19 @@ class ClosedFormPlasticity(FormSolver):
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         self.yields_at = depth_of_yield(scene)
+        force, area = self.form.force(self.yields_at), self.form.contact_area(self.yields_at)
+        first = (
+            f"d = {with_unit(self.yields_at, 'm')}, F = {with_unit(force, 'N')}, "
+            f"mean pressure {with_unit(force / area, 'Pa')}"
+        )
+        self.note += f"; first yield at {first}"
         loads = loads_of(scene)
         largest = float(loads.values.max())
         if loads.control == "force":
             largest = float(self.form.penetration(np.array(largest)))
         if largest > self.yields_at * (1 + 1e-12):
             raise Refused(
-                "exact up to first yield only, and the largest load is at "
+                f"exact up to first yield only ({first}), and the largest load is at "
                 f"{largest / self.yields_at:.3g} times its penetration"
             )
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
+from comparisons.formatting import with_unit
 from comparisons.methods.registry import solver_for
 from comparisons.scene.scene import Scene, load_scene
 from comparisons.solving.execution import execute
@@ -96,6 +97,17 @@ def test_first_yield_by_the_local_rule_is_that_of_elements(solved, scene):
     assert_allclose(
         curve(solved(below, "fem", 4)), curve(solved(below, "closed_form", 1)), rtol=2e-3
     )
+
+
+@pytest.mark.parametrize("depth", [0.5, 2.0])
+def test_first_yield_is_told_as_penetration_force_and_mean_pressure(scene, depth):
+    """p0 = 1.613 Y at nu = 0.3: F = pi^3 R^2 p0^3/(6 E*^2) (Johnson 1985, 6.10), F/A = 2 p0/3."""
+    (plan,) = plan_scene(yielding(scene, depth))
+    (said,) = (m.modelled or m.reason for m in plan.methods if m.method == "closed_form")
+    p0, modulus = 1.613 * 420e6, 210e9 / 0.91
+    force = np.pi**3 * 0.01**2 * p0**3 / (6 * modulus**2)
+    for value, unit in ((FIRST, "m"), (force, "N"), (2 * p0 / 3, "Pa")):
+        assert with_unit(value, unit) in said
 
 
 def test_an_ellipsoid_first_yields_by_the_line_near_where_it_does(solved, scene):
