@@ -13,7 +13,7 @@ import numpy as np
 
 from comparisons.geometry.prepare import Geometry, IndenterGeometry
 from comparisons.methods.friction import FrictionalGrid, normal_load
-from comparisons.methods.normal.grid import Grid, cells, make_grid
+from comparisons.methods.normal.grid import Grid, cells, half_axes, make_grid
 from comparisons.methods.normal.reduced import ProfileSolver, line_picture
 from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.scene.indenters.indenter import Indenter
@@ -189,6 +189,8 @@ class GridRolling(FrictionalGrid):
                     "contact_area": float(areas.corrected_area(mask, grid.spacing)),
                     "contact_area_raw": float(areas.raw_area(mask, grid.spacing)),
                 }
+                if not self.coupled:
+                    contact |= half_axes(task, *grid.centres, step.pressure)
                 yield Step(
                     rolled | contact,
                     iterations=step.rounds,
@@ -290,6 +292,8 @@ class Theory(Solver[IndenterGeometry]):
                     "penetration": depth,
                     "force": force,
                     "contact_area": area,
+                    "half_axis_x": a,
+                    "half_axis_y": b,
                 },
             )
         return solution

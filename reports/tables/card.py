@@ -12,6 +12,7 @@ from pydantic import BaseModel
 from comparisons import formatting as fmt
 from comparisons.facts.methods import CLOSED_FORM, MODEL
 from comparisons.facts.quantities import quantity
+from comparisons.facts.quantities.rows import HALF_AXES
 from comparisons.judging.verdicts import WITHIN
 from comparisons.questions.claims.nearest import in_words, nearest_to
 from comparisons.results.finding import answers
@@ -27,7 +28,7 @@ NO_INPUT = {"name", "title", "loading", "compare", "methods", "directory"}
 UNSAID = {"seed", "realisations"}  # of a surface: the report names them elsewhere
 KINDS = {"shape", "kind", "model"}  # keys whose value says what the table is
 SIDES = {"size", "points"}
-LOADS = ("penetration", "force", "mean_gap", "contact_area")
+LOADS = ("penetration", "force", "mean_gap", "contact_area", *HALF_AXES)
 # Dimensions whose unit takes a prefix, and what is easier to read than base units.
 PREFIXED = {"m", "s", "N", "Pa"}
 READABLE = {

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import quantity
+from comparisons.facts.quantities.rows import HALF_AXES
 from comparisons.judging.levels import ensemble_text
 from comparisons.results.record import SceneRecord
 from comparisons.results.run_comparison import Change
@@ -54,11 +55,10 @@ def plan_rows(scene: SceneRecord) -> list[tuple[Cell, str, str]]:
 
 
 def shown_columns(result: SingleResult) -> list[str]:
-    """Return the prescribed and the compared quantities."""
-    prescribed = list(result.plan.loads.columns)
-    compared = [q for q in result.plan.scene.compare.quantities if q not in prescribed]
+    """Return the prescribed and the compared quantities, and the half-axes of an ellipse."""
+    shown = (*result.plan.loads.columns, *result.plan.scene.compare.quantities, *HALF_AXES)
     columns = result.solved()
-    return [name for name in (*prescribed, *compared) if name in columns]
+    return [name for name in dict.fromkeys(shown) if name in columns]
 
 
 def load_steps(result: SingleResult, digits: int = 4) -> Table:

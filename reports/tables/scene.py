@@ -10,6 +10,7 @@ import numpy as np
 from comparisons import formatting as fmt
 from comparisons.facts.methods import CLOSED_FORM
 from comparisons.facts.quantities import counterpart, quantity
+from comparisons.facts.quantities.rows import HALF_AXES
 from comparisons.judging.verdicts import NO_RESULT, Verdict
 from comparisons.methods.normal.closed_form import form_of, form_pressure
 from comparisons.results.advice import advise
@@ -32,7 +33,7 @@ OF_MEANS = (
     "mean stands on."
 )
 # What a reader works with; the rest is in curves.csv.
-COLUMNS = ("force", "penetration", "mean_gap", "contact_radius", "contact_area")
+COLUMNS = ("force", "penetration", "mean_gap", "contact_radius", *HALF_AXES, "contact_area")
 STRESSES = ("pressure_mean", "pressure_peak", "von_mises_max", "von_mises_depth")
 
 

@@ -111,6 +111,8 @@ class Quantity:
         return f"{text} / {unit}" if unit else text
 
 
+# Of the contact of an ellipsoid, which is an ellipse.
+HALF_AXES = ("half_axis_x", "half_axis_y")
 _ADHERES, _HITS, _LUBRICATED = ("adhesion",), ("dynamics",), ("lubrication",)
 _ROLLS, _WEARS, _YIELDS = ("rolling",), ("wear",), ("plasticity",)
 _BOUNDED = "unbounded at a sharp edge or tip"
@@ -189,6 +191,17 @@ COMPUTED = (
         "m",
         comparable=True,
         derived=Derived("contact_area", lambda k, _: np.sqrt(k["contact_area"] / np.pi)),
+    ),
+    *(
+        Quantity(
+            name,
+            f"half-axis of the contact along {name[-1]}",
+            f"a_{name[-1]}",
+            "m",
+            comparable=True,
+            only="known for ellipsoids on uniform elastic half-spaces alone",
+        )
+        for name in HALF_AXES
     ),
     Quantity("stiffness", "contact stiffness", "k", "N/m", comparable=True),
     Quantity("mean_gap", "mean gap", "ū", "m", comparable=True, load="normal", counterpart="force"),

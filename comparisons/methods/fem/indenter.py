@@ -16,6 +16,7 @@ from comparisons.methods.fem.step import (
     contact_step,
     recovered,
 )
+from comparisons.methods.normal.grid import half_axes
 from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.scene.indenters.indenter import Indenter
 from comparisons.scene.indenters.not_round import Ellipsoid
@@ -198,7 +199,10 @@ class Fem(FemMesh[IndenterGeometry]):
                 face = self.indenter.face_area
                 area = contact.contact_area if face is None else face
                 inside = partial(recovered, scaled, contact.reactions)
-                yield contact_step(task, scaled, gap, contact, area, body_fields=inside)
+                axes = half_axes(task, *scaled.points.T, contact.reactions)
+                yield contact_step(
+                    *(task, scaled, gap, contact, area), body_fields=inside, quantities=axes
+                )
 
         yield Row(steps, unknowns=body.unknowns, truncation=truncation)
 

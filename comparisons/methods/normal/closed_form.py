@@ -7,11 +7,13 @@ from functools import lru_cache, partial
 
 import numpy as np
 
+from comparisons.facts.quantities.rows import HALF_AXES
 from comparisons.geometry.estimates import elastic_body
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.scene.indenters.axisymmetric import Cone, Cylinder, Paraboloid, PowerLaw
 from comparisons.scene.indenters.indenter import Indenter
+from comparisons.scene.indenters.not_round import Ellipsoid
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
@@ -99,6 +101,8 @@ class ClosedForm(FormSolver):
         }
         if form.contact_radius is not None:
             curves["contact_radius"] = form.contact_radius(depth)
+        if isinstance(self.indenter, Ellipsoid):
+            curves |= zip(HALF_AXES, form.semi_axes(depth), strict=True)
         solution = Solution.of(task, curves, violation=0.0)
         solution.fields = {"penetration": np.array(depth[-1])}
         if task.wants_pressure:

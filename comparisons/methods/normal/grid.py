@@ -9,9 +9,11 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
+from comparisons.facts.quantities.rows import HALF_AXES
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
 from comparisons.methods.normal.grid_punches import Respond, solve_punch
 from comparisons.methods.solver import Solver
+from comparisons.scene.indenters.not_round import Ellipsoid
 from comparisons.scene.scene import Scene
 from comparisons.tasks.distributions import Stretches, of_values, wanted
 from comparisons.tasks.shown_loads import MOST_POINTS, grid_pressure
@@ -287,6 +289,7 @@ def contact_quantities(
         "force": contact.force,
         "contact_area_raw": float(area_measures.raw_area(mask, grid.spacing)),
         "contact_area": located_area(contact, patch=rough),
+        **half_axes(task, *grid.centres, contact.pressure),
     }
     if rough:
         values["mean_gap"] = contact.mean_gap
@@ -314,6 +317,21 @@ def contact_quantities(
     if "energy" in quantities:
         values["energy"] = float(area_measures.elastic_energy(operator, contact.pressure))
     return values
+
+
+def half_axes(task: Task, x: np.ndarray, y: np.ndarray, pressed: np.ndarray) -> dict[str, float]:
+    """Return the half-axes of an ellipsoid's contact from forces at points; of others nothing.
+
+    Their second moments are those of Hertz's pressure, <x^2> = a^2/5: known as well as the force,
+    while the outermost cell is known to a cell.
+    """
+    scene = task.scene
+    hertz = scene.half_space.uniform and {*scene.physics} <= {"rolling", "friction"}
+    if not (isinstance(scene.indenter, Ellipsoid) and hertz and scene.body is None):
+        return {}
+    share = pressed / max(float(pressed.sum()), np.finfo(float).tiny)
+    axes = (float(np.sqrt(5 * (share * place**2).sum())) for place in (x, y))
+    return dict(zip(HALF_AXES, axes, strict=True))
 
 
 def contact_distributions(task: Task, contact: Contact, grid: Grid) -> dict[str, np.ndarray]:

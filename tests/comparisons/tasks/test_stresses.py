@@ -4,8 +4,9 @@ from functools import partial
 
 import numpy as np
 import pytest
-from scipy.special import ellipeinc, ellipkinc
+from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
+from comparisons.facts.quantities.rows import HALF_AXES
 from comparisons.judging.truth import solution_of
 from comparisons.methods.normal import grid
 from comparisons.solving.execution import execute
@@ -81,6 +82,27 @@ def test_of_a_rough_surface_cells_and_waves_give_the_stress(scene):
         # principal stresses differ by no more than the largest pressure, but at edges
         assert 0.2 < got["von_mises_max"] / got["pressure_peak"] < 1.0
         assert got["shear_max"] == pytest.approx(got["von_mises_max"] / np.sqrt(3), rel=0.16)
+
+
+@pytest.mark.parametrize(
+    ("method", "resolution", "share"),
+    [("bem_fft", 16, 2e-3), ("bem_dense", 8, 5e-3), ("fem", 4, 1e-3)],
+)
+def test_half_axes_of_an_ellipse_are_those_of_hertz(scene, method, resolution, share):
+    """R_y/R_x = ((b/a)^2 E - K)/(K - E) (Johnson 1985, 4.28), b along y; no ball has them."""
+    shape = {"shape": "ellipsoid", "radius_x": 1e-2, "radius_y": 3e-2}
+    (plan,) = plan_scene(scene(indenter=shape, compare={"quantities": ["force", *HALF_AXES]}))
+    exact, found = (
+        quantities(plan, *named) for named in (("closed_form", 1), (method, resolution))
+    )
+    short, long = (exact[name] for name in HALF_AXES)
+    E, K = (of(1 - (short / long) ** 2) for of in (ellipe, ellipk))
+    assert ((long / short) ** 2 * E - K) / (K - E) == pytest.approx(3.0)
+    assert np.pi * short * long == pytest.approx(exact["contact_area"])
+    for name in HALF_AXES:
+        assert found[name] == pytest.approx(exact[name], rel=share)
+    (ball,) = plan_scene(scene(compare={"quantities": ["force"]}))
+    assert not {*HALF_AXES} & {*quantities(ball, "closed_form", 1)}
 
 
 def closed_form(scene, **tables):
