@@ -13,6 +13,7 @@ import numpy as np
 
 from comparisons.geometry.prepare import Geometry, IndenterGeometry
 from comparisons.methods.friction import FrictionalGrid, normal_load
+from comparisons.methods.normal.closed_form import form_of
 from comparisons.methods.normal.grid import Grid, cells, half_axes, make_grid
 from comparisons.methods.normal.reduced import ProfileSolver, line_picture
 from comparisons.methods.solver import Refused, Solver, needed
@@ -30,7 +31,6 @@ from reduced.friction.roll import roll as roll_springs
 from reduced.loads import Load
 from reduced.springs.line import Springs
 from reference import loads as reference_loads
-from reference.closed_form import ellipsoid
 from reference.fem import Material
 from reference.fem.grid_body import ShearBody
 from reference.halfspace import areas
@@ -256,14 +256,11 @@ class Theory(Solver[IndenterGeometry]):
         super().__init__(scene)
         self.rolling, friction = tables_of(scene)
         self.friction = friction.coefficient
-        # Hertz's contact of the indenter
         reason = "for elliptic contacts of paraboloids and ellipsoids only"
         indenter = needed(scene.indenter, reason)
-        keys = {"paraboloid": ("radius", "radius"), "ellipsoid": ("radius_x", "radius_y")}
-        if indenter.shape not in keys:
+        if indenter.shape not in ("paraboloid", "ellipsoid"):
             raise Refused(reason)
-        radius_x, radius_y = (float(indenter.parameters[key]) for key in keys[indenter.shape])
-        self.form = ellipsoid(radius_x, radius_y, scene.effective_modulus)
+        self.form = needed(form_of(indenter, scene.effective_modulus), reason)  # Hertz's contact
         half_x, half_y = self.form.semi_axes(1.0)
         try:
             kalker(float(half_x / half_y), scene.poisson_ratio)

@@ -116,6 +116,7 @@ HALF_AXES = ("half_axis_x", "half_axis_y")
 _ADHERES, _HITS, _LUBRICATED = ("adhesion",), ("dynamics",), ("lubrication",)
 _ROLLS, _WEARS, _YIELDS = ("rolling",), ("wear",), ("plasticity",)
 _BOUNDED = "unbounded at a sharp edge or tip"
+_ELLIPTIC = "known for ellipsoids on uniform elastic half-spaces alone"
 _UNIFORM = "known for uniform elastic half-spaces alone"
 _STICKS, _DRAGS = ("friction",), ("friction", "sliding")
 
@@ -193,15 +194,8 @@ COMPUTED = (
         derived=Derived("contact_area", lambda k, _: np.sqrt(k["contact_area"] / np.pi)),
     ),
     *(
-        Quantity(
-            name,
-            f"half-axis of the contact along {name[-1]}",
-            f"a_{name[-1]}",
-            "m",
-            comparable=True,
-            only="known for ellipsoids on uniform elastic half-spaces alone",
-        )
-        for name in HALF_AXES
+        Quantity(name, f"half-axis along {axis}", f"a_{axis}", "m", comparable=True, only=_ELLIPTIC)
+        for name, axis in zip(HALF_AXES, "xy", strict=True)
     ),
     Quantity("stiffness", "contact stiffness", "k", "N/m", comparable=True),
     Quantity("mean_gap", "mean gap", "ū", "m", comparable=True, load="normal", counterpart="force"),
