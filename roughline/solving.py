@@ -117,7 +117,8 @@ class Solution(SingleResult):
             raise InputError(f"axis: expected 'x' or 'y', got {axis!r}")
         field, indenter = self.pressure, self.scene.indenter
         if indenter is not None and indenter.flat:
-            x, y = field.get("x", field.get("r")), field.get("y", np.zeros(len(field["p"])))
+            x = field["r" if "r" in field else "x"]
+            y = field.get("y", np.zeros_like(x))
             within = 1 - 1e-9  # nodes of a mesh lie on the edge
             on_face = np.isfinite(indenter.gap(within * x, within * y))
             field = {name: values[on_face] for name, values in field.items()}

@@ -199,7 +199,8 @@ class Fem(FemMesh[IndenterGeometry]):
                 face = self.indenter.face_area
                 area = contact.contact_area if face is None else face
                 inside = partial(recovered, scaled, contact.reactions)
-                axes = half_axes(task, *scaled.points.T, contact.reactions)
+                x, y = scaled.points.T
+                axes = half_axes(task, x, y, contact.reactions)
                 yield contact_step(
                     *(task, scaled, gap, contact, area), body_fields=inside, quantities=axes
                 )
