@@ -181,7 +181,6 @@ def test_fixed_steps_converge_to_the_events(static, order):
 
 @pytest.mark.parametrize("theta", [0.5, 1.0])
 def test_fixed_steps_rest_exactly(theta):
-    """Below the friction angle nothing creeps, at any step."""
     slope = Blocks(2.0, 3.0, load=2.9)
     motion = march(slope, step=10.0, steps=100, theta=theta)
     np.testing.assert_array_equal(motion.position, 0.0)

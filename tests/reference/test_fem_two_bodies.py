@@ -170,7 +170,6 @@ def test_two_elastic_spheres_are_hertz_with_both_compliances():
 
 
 def test_units_do_not_change_digits():
-    """Lengths and moduli scaled by powers of two give the same digits."""
     lines, others = np.linspace(-1.0, 1.0, 6), np.linspace(-1.1, 1.1, 8)
     forces = []
     for size, modulus in ((1.0, 1.0), (2.0**-30, 2.0**37)):

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from reference.contact.press import press
-from reference.errors import ConvergenceError
 from reference.halfspace import FreeOperator, PeriodicOperator
 from reference.loads import Load
 from reference.surfaces import SelfAffine, self_affine
@@ -118,28 +117,10 @@ def test_elongated_maps_and_rectangular_cells_converge(shape, spacing, operator_
 
 
 @pytest.mark.parametrize("kernel", ["continuum", "cells"])
-@pytest.mark.parametrize("load", [("force", 0.1), ("penetration", 0.5), ("penetration", 0.9999)])
-def test_white_noise_on_needle_shaped_cells_converges_or_says_why(kernel, load):
-    """Cells of 1:50 under noise of the cell's own length: the hardest case found.
-
-    Near full contact under a given penetration the mean pressure costs almost no energy, and 2000
-    iterations do not always suffice: then the reason and the history come back, in a second.
-    """
+def test_white_noise_on_needle_shaped_cells_converges(kernel):
+    """Cells of 1:50 under noise of the cell's own length."""
     height = np.random.default_rng(3).standard_normal((64, 64))
-    operator = PeriodicOperator((64, 64), (1.0, 50.0), MODULUS, kernel=kernel)
-    gap = height.max() - height
-    scale = {"force": full_contact_force(height, operator.spacing), "penetration": gap.mean()}
-    control, share = load
-    try:
-        outcome = press(operator, gap, Load(control, share * scale[control]))
-    except ConvergenceError as error:
-        outcome = error
-    if isinstance(outcome, ConvergenceError):
-        assert "violation" in outcome.reason
-        assert len(outcome.history) <= 2000
-        assert np.isfinite(outcome.history).all()
-    else:
-        assert outcome.violation <= 1e-8
+    check_all_loads(PeriodicOperator((64, 64), (1.0, 50.0), MODULUS, kernel=kernel), height)
 
 
 @pytest.mark.parametrize("kernel", ["continuum", "cells"])

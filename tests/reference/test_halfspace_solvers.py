@@ -71,7 +71,6 @@ def test_sweeps_equal_single_solves(by, operator_class, control):
 
 @pytest.mark.parametrize("operator_class", [FreeOperator, PeriodicOperator])
 def test_a_solution_is_its_own_best_start(operator_class):
-    """Started from the answer there is nothing left to iterate but the check."""
     operator = operator_class((40, 40), (1.0, 1.0), 1.0)
     gap = random_gap("smooth", (40, 40), 7)
     first = press(operator, gap, Load("force", 3.0))

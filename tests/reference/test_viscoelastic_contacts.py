@@ -223,7 +223,6 @@ def test_a_force_ends_nowhere_but_at_its_start():
 
 
 def test_unit_of_length_costs_no_digit():
-    """The same problem in units of powers of two: the same forces, bit by bit."""
     operator, square = cells(16, 0.115)
     t, depth = np.linspace(0, 1, 5), np.array([0.0, 0.5, 1.0, 0.8, 0.5]) * 0.01
     here = [

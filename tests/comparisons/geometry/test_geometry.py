@@ -60,15 +60,6 @@ def test_a_coarser_grid_takes_points_of_the_surface(rough):
     np.testing.assert_array_equal(geometry.heights(2, 4), native[::4, ::4])
 
 
-def test_realisations_differ_and_are_reproducible(rough):
-    geometry, _ = prepare(rough(realisations=3))
-    first, second = geometry.heights(0, 16), geometry.heights(1, 16)
-    assert not np.allclose(first, second)
-    np.testing.assert_array_equal(first, prepare(rough(realisations=3))[0].heights(0, 16))
-    other = prepare(rough(seed=4))[0].heights(0, 16)
-    assert not np.allclose(first, other)
-
-
 def test_a_finer_measured_grid_covers_the_same_sides_with_cells_of_the_same_centres(measured):
     """Three cells for one: the middle one has the measured cell's centre, so its height.
 

@@ -230,7 +230,6 @@ def test_a_measurement_that_raises_costs_its_own_point(monkeypatch):
 
 
 def test_a_killed_run_goes_on_where_it_stopped(monkeypatch, tmp_path):
-    """The second run measures only the points that the first did not finish."""
     calls: list[float] = []
 
     def measure(x, effort):

@@ -108,18 +108,3 @@ def test_the_body_of_finite_elements_is_one_of_hexahedra(scene, tmp_path):
 def test_what_has_no_mesh_is_not_written(tmp_path, fields):
     assert not write_fields(tmp_path / "none.vtu", fields)
     assert not list(tmp_path.iterdir())
-
-
-def test_a_failure_while_writing_leaves_the_old_file_and_no_other(tmp_path):
-    path = tmp_path / "f.vtu"
-    path.write_text("old")
-    broken = {
-        "mesh_points": np.zeros((8, 3)),
-        "mesh_cells": np.arange(8).reshape(1, 8),
-        "mesh_displacement": np.zeros((7, 3)),  # one point short
-        "mesh_von_mises": np.zeros(8),
-    }
-    with pytest.raises(ValueError, match="displacement"):
-        write_fields(path, broken)
-    assert path.read_text() == "old"
-    assert [p.name for p in tmp_path.iterdir()] == ["f.vtu"]

@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from comparisons.errors import ResultsError
-from comparisons.files import read_arrays, write_arrays, write_table
+from comparisons.files import read_arrays, write_arrays
 from comparisons.judging.truth import Bar, Reference, Verification
 from comparisons.judging.verdicts import Verdict
 from comparisons.results.record import FIELDS_FOLDER, SceneRecord, StudyRecord
@@ -105,18 +105,12 @@ def test_a_study_comes_back_as_it_was(record):
     # NaN is not equal to itself: written out they are the same.
     assert repr(new.reference) == repr(old.reference)
     assert repr(new.verdicts) == repr(old.verdicts)
+    for name in ("force", "reason"):  # to the last digit
+        np.testing.assert_array_equal(new.rows[name], old.rows[name])
     np.testing.assert_array_equal(
         new.load_fields("bem_fft", 8)["pressure"], old.load_fields("bem_fft", 8)["pressure"]
     )
     assert new.load_fields("fem", 8) == {}
-
-
-def test_numbers_come_back_to_the_last_digit(record):
-    save_study(record)
-    (scene,) = load_study(record.directory).scenes
-    np.testing.assert_array_equal(scene.rows["force"], record.scenes[0].rows["force"])
-    assert scene.verdicts[0].rms == THIRD
-    assert scene.rows["reason"][2] == 'says "no", at length;\nand twice'
 
 
 def test_tables_are_plain_comma_separated_text(record):
@@ -126,20 +120,6 @@ def test_tables_are_plain_comma_separated_text(record):
     assert text.startswith(b"scene,method,resolution,step,force,converged,reason,scene_hash\n")
     assert b"0.30000000000000004" in text
     assert b"\r" not in text
-
-
-def test_a_study_without_any_scene_comes_back(record, tmp_path):
-    """What an interrupt before the first solve leaves."""
-    empty = replace(record, directory=tmp_path / "empty", machine={}, versions={}, scenes=())
-    save_study(empty)
-    assert load_study(empty.directory).scenes == ()
-
-
-def test_a_table_is_replaced_whole(tmp_path):
-    path = tmp_path / "t.csv"
-    write_table(path, pd.DataFrame({"a": range(1000)}))
-    write_table(path, pd.DataFrame({"a": [1]}))
-    assert path.read_text() == "a\n1\n"
 
 
 class Bomb:

@@ -227,7 +227,7 @@ def test_poisson_ratio_outside_its_range(nu):
 def test_elastic_constants_come_in_one_of_three_ways(half_space):
     (faults,) = problems(half_space=half_space)
     assert "youngs_modulus and poisson_ratio, or shear_modulus and poisson_ratio" in faults
-    assert ", ".join(sorted(half_space)) or "nothing" in faults
+    assert (", ".join(sorted(half_space)) or "nothing") in faults
 
 
 @pytest.mark.parametrize(
@@ -514,7 +514,6 @@ def test_hostile_titles_stay_titles(title):
     ("file", "told"), [("nowhere.npy", "no such file"), (".", "a folder, not a file")]
 )
 def test_a_missing_map_is_told_together_with_everything_else(tmp_path, file, told):
-    """All errors of a file at once, the file that it names included."""
     text = 'name = "a"\n[half_space]\nyoungs_modulus = 1\npoisson_ratio = 0.9\n[surface]\n'
     text += 'kind = "map"\nfile = "FILE"\n[loading]\npenetration = -1\n'
     with pytest.raises(SceneError) as caught:

@@ -273,7 +273,6 @@ def test_length_and_points_of_a_line_are_what_the_options_say(rough):
 
 @pytest.mark.parametrize("method", ["reduced", "bem_fft"])
 def test_streams_do_not_depend_on_the_blocks(rough, method):
-    """Thirty realisations in blocks or one by one, bit for bit the same."""
     made = rough(realisations=30, points=8)
     (plan, *_) = plan_scene(made)
     blocks = [[tuple(range(25)), tuple(range(25, 30))], [(k,) for k in range(30)]]

@@ -254,7 +254,6 @@ def test_pressing_and_shifting_in_proportion_sticks_or_slides():
 @given(exponent=st.integers(-40, 40))
 @settings(max_examples=15, deadline=None)
 def test_units_change_no_digit(exponent):
-    """Lengths in units of a power of two: bit by bit the same answer."""
     unit = 2.0**exponent
     path = np.array([0.3, -0.1, 0.35])
     one, other = (

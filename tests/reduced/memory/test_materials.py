@@ -80,7 +80,6 @@ def test_creep_limits(long_term, arms, viscosity):
 
 @given(long_term=POSITIVE, arms=ARMS, power=st.integers(-60, 60))
 def test_units_cost_no_digit(long_term, arms, power):
-    """Moduli and times in other units of powers of two: the same digits."""
     unit = 2.0**power
     moduli, times = (np.array(a) for a in zip(*arms, strict=True))
     here = prony(long_term, moduli, times, viscosity=1.0).creep()

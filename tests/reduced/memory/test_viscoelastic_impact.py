@@ -70,7 +70,6 @@ def test_energy_is_lost_and_accounted_for(tau, ratio):
 
 
 def test_units_cost_no_digit():
-    """Lengths and masses in other units of powers of two: the same restitution."""
     here = impact(RelaxingSprings(BALL, zener(3.0, 1.0)), 1.0, 0.01, steps=50)
     metre, kilogram = 2.0**20, 2.0**-30
     pascal = kilogram / metre

@@ -159,7 +159,6 @@ def test_an_implicit_step_obeys_its_own_law(v0, step, velocity, load):
 
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_units_change_no_digit(scheme):
-    """Length, mass and time scaled by powers of two: bit-identical."""
     length, mass, time = 2.0**-30, 2.0**10, 2.0**-12
     force = mass * length / time**2
     plain = run(

@@ -117,6 +117,5 @@ def test_the_table_of_convergence_has_a_row_for_each_shape_and_edge():
 
 
 def test_a_level_map_is_refused():
-    """No waves, no line: said in words."""
     with pytest.raises(ValueError, match="flat"):
         calculate(measured(np.full((8, 8), 3.0), 1.0), 1.0, FORCE, realisations=2)

@@ -281,15 +281,6 @@ def test_a_report_is_made_on_one_thread_of_linear_algebra(tmp_path, monkeypatch)
     assert set(threads) == {1}
 
 
-def test_the_file_is_written_whole(study, tmp_path):
-    path = tmp_path / "report.html"
-    html.write_report(study, path, pictures=False)
-    text = path.read_text(encoding="utf-8")
-    assert text.startswith("<!DOCTYPE html>")
-    assert text.rstrip().endswith("</html>")
-    assert [p.name for p in tmp_path.iterdir()] == ["report.html"]
-
-
 def test_the_prescribed_load_decides_and_the_other_is_a_row_to_look_up(study):
     """Contact area at equal penetration is within; at equal force it would be outside."""
     scene = study.scenes[0]

@@ -759,7 +759,7 @@ def fail(*arguments, **options):
 
 study.execute = stop
 PLACE = fail
-sys.argv = ["roughline", "run", "paraboloid", "--out", "o", "--no-pictures"]
+sys.argv = "roughline run paraboloid --methods closed_form --out o --no-pictures".split()
 __main__.main()
 """
 

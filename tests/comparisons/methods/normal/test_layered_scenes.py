@@ -122,7 +122,8 @@ def test_rough_surfaces_on_layers():
             # the same 32 points, of which the shortest wave has two
             np.testing.assert_allclose(elements[name], plain[name], rtol=5e-2)
         thin = solved(scene({"thickness": "0.1 um"}, **tables), "bem_fft", 32)
-        assert (thin["penetration"] < plain["penetration"]).all() or periodic
+        if not periodic:
+            assert (thin["penetration"] < plain["penetration"]).all()
     assert isinstance(elastic_body(scene({"layers": [same]})), Stack)
 
 
