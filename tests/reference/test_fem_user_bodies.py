@@ -186,14 +186,11 @@ def test_free_motions_are_named_one_by_one():
 
 
 def test_what_cannot_be_solved_is_refused_all_at_once():
-    """Faults of the supports together, those of the material together, then what they share."""
     mesh = block("tetra", CUBE)
     held = np.zeros(mesh.points.shape, dtype=bool)
     held[mesh.points[:, 2] < 1e-12, 2] = True
     with pytest.raises(ValueError, match=r"translation along x.*must not be held along z"):
         SupportedMesh(mesh, top(mesh), held)
-    with pytest.raises(ValueError, match=r"youngs_modulus must be positive.*poisson_ratio"):
-        Material(-1.0, 0.6)
     with pytest.raises(ValueError, match="lock"):
         supported_body(SupportedMesh(mesh, top(mesh), on_rollers(mesh)), Material(1.0, 0.49))
     with pytest.raises(ValueError, match="got 'wedge'"):
@@ -317,7 +314,3 @@ def test_multigrid_reports_no_convergence(monkeypatch):
     assert not body.flexibility.interior(np.zeros(len(body.nodes))).any()
     with pytest.raises(ValueError, match="both bodies must be condensed"):
         couple(body, body)
-    with pytest.raises(ValueError, match="solver must be 'nested_dissection' or 'conjugate_grad"):
-        supported_body(
-            SupportedMesh(mesh, top(mesh), on_rollers(mesh)), Material(1.0, 0.3), solver="gauss"
-        )

@@ -83,17 +83,11 @@ MOVES = {
     "flip x": lambda m: Surface(m.heights[::-1].copy(), m.size),
     "flip y": lambda m: Surface(m.heights[:, ::-1].copy(), m.size),
     "swap axes": swapped,
-    "quarter turn": lambda m: Surface(np.rot90(m.heights).copy(), m.size[::-1]),
     "a side longer by 1e-15": lambda m: Surface(m.heights, (m.size[0] * (1 + 1e-15), m.size[1])),
     "a side shorter by 1e-15": lambda m: Surface(m.heights, (m.size[0], m.size[1] * (1 - 1e-15))),
     "raised": lambda m: Surface(m.heights + 0.3 * np.ptp(m.heights), m.size),
 }
-ROLLS = {
-    "roll by half": lambda m: Surface(
-        np.roll(m.heights, [n // 2 for n in m.heights.shape], (0, 1)), m.size
-    ),
-    "roll by 1 and -3": lambda m: Surface(np.roll(m.heights, (1, -3), (0, 1)), m.size),
-}
+ROLLS = {"roll by 1 and -3": lambda m: Surface(np.roll(m.heights, (1, -3), (0, 1)), m.size)}
 
 
 @pytest.fixture
@@ -168,6 +162,6 @@ def test_a_map_in_another_unit_of_length_is_the_same_surface(pressed, method, pe
     """Powers of two change no digit; other units round heights, sides and loads once each."""
     map_ = surface(shape, method)
     expected = pressed(map_, method, periodic)
-    for unit, tolerance in ((2.0**20, 0), (1e-9, TOLERANCES[method]), (1e3, TOLERANCES[method])):
+    for unit, tolerance in ((2.0**20, 0), (1e-9, TOLERANCES[method])):
         scaled = Surface(map_.heights * unit, tuple(unit * side for side in map_.size))
         assert_same(pressed(scaled, method, periodic, unit=unit), expected, method, tolerance, unit)
