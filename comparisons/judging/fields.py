@@ -325,21 +325,6 @@ class TrueDistribution:
         return distance(own, true, self.bins), float(combined(*map(np.asarray, bars)))
 
 
-def distribution_measures(
-    plan: Plan, solved: Solved, method: str, resolution: int, truth: Truth
-) -> list[Measure]:
-    """Return name, distance and bar of each distribution of one solution that is compared."""
-    levels = Levels.of(solved, method)
-    solution = levels.solutions[resolution]
-    measures = []
-    for name in (name for name in DISTRIBUTIONS if name in plan.compared):
-        true = TrueDistribution(plan, truth, name)
-        if true.is_known and name in solution.distributions:
-            apart, bar = true.compared(levels, resolution)
-            measures.append((name, apart, bar))
-    return measures
-
-
 def distribution_rows(plan: Plan, solved: Solved) -> list[dict[str, Any]]:
     """Return each method's distributions at the last load on its finest grid, bin by bin.
 
@@ -369,8 +354,13 @@ def field_measures(
     plan: Plan, solved: Solved, method: str, resolution: int, truth: Truth
 ) -> list[Measure]:
     """Return name, error and bar of each measure at the last load of one solution."""
-    of_one = plan, solved, method, resolution, truth
-    return [*pressure_measures(*of_one), *distribution_measures(*of_one)]
+    measures = pressure_measures(plan, solved, method, resolution, truth)
+    levels = Levels.of(solved, method)
+    for name in (name for name in DISTRIBUTIONS if name in plan.compared):
+        true = TrueDistribution(plan, truth, name)
+        if true.is_known and name in levels.solutions[resolution].distributions:
+            measures.append((name, *true.compared(levels, resolution)))
+    return measures
 
 
 def field_bar(plan: Plan, truth: Truth, name: str) -> list[float]:

@@ -6,7 +6,6 @@ All uncertainties are half-widths at 95 %, relative to the value.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -15,26 +14,15 @@ from scipy import optimize, special
 
 from reference.halfspace.punches import EDGE_OFFSET
 
-
-@dataclass(frozen=True)
-class Rule:
-    """The parameters of the grid convergence index.
-
-    For quantities and physics whose share was not measured (`Share`). On single contacts, where
-    both can be told, it covers every case at some nine times the true error.
-    """
-
-    # Safety factors where three grids converge with a credible order, where they do not, and of two
-    # grids, which have no order of their own (Roache takes 1.25, 3 and 3).
-    safe: float = 1.25
-    unsafe: float = 2.0
-    two: float = 3.0
-    # Contact edges move in jumps of a cell, so the observed order is noisy: nothing beyond the
-    # highest is trusted, and below the lowest convergence is not credible at all.
-    lowest: float = 0.5
-    highest: float = 1.25
-    floor: float = 0.5  # least share of the median difference that a step's own counts as
-
+# The grid convergence index is for quantities and physics whose share was not measured (`Share`).
+# On single contacts, where both can be told, it covers every case at nine times the true error.
+# Safety factors where three grids converge with a credible order, where they do not, and of two
+# grids, which have no order of their own (Roache takes 1.25, 3 and 3).
+SAFE, UNSAFE, OF_TWO = 1.25, 2.0, 3.0
+# Contact edges move in jumps of a cell, so the observed order is noisy: nothing beyond the highest
+# is trusted, and below the lowest convergence is not credible at all.
+LOWEST, HIGHEST = 0.5, 1.25
+FLOOR = 0.5  # least share of the median difference that a step's own counts as
 
 # What a share of the error was measured of: a "free" or "periodic" rough surface; a single contact
 # on "cells", or on finite "elements" that are fitted to it. Those of a "pair" of bodies are not:
@@ -73,8 +61,7 @@ Shares = Mapping[Calibrated, Share]
 # on the fitting halves; orders, the coverage that is required there, and margins were chosen by
 # hand, after proved intervals had been seen. Those of rough surfaces were chosen by hand on
 # patches, periods and parts of maps, and held against others (`docs/examples/map_bars.py`).
-# Areas of rough surfaces err by cells at the contact line, too (`line_uncertainty`); `Rule` holds
-# where none was measured.
+# Areas of rough surfaces err by cells at the contact line, too (`line_uncertainty`).
 SHARES: Shares = {
     ("contact_area", "free"): Share(1.5, 0.63, area=0.5, gap=0.5),
     ("contact_area", "periodic"): Share(1.5, 0.5, area=0.5, gap=0.5),
@@ -118,15 +105,11 @@ def share_of(quantity: Calibrated, shares: Shares = SHARES) -> Share | None:
 LEAST_OPEN = 0.1
 # Orders between which an observed one is looked for.
 LEAST, MOST = 1e-3, 10.0
-RULE = Rule()
-# The safety factor of two values whose convergence is known otherwise.
-SAFE = RULE.safe
 
 
 def grid_uncertainty(
     resolutions: np.ndarray,
     curves: np.ndarray,
-    rule: Rule = RULE,
     *,
     sizes: np.ndarray | None = None,
 ) -> np.ndarray:
@@ -160,23 +143,23 @@ def grid_uncertainty(
         last = np.where(finest > 0, (curves[-1] - curves[-2]) / finest, np.nan)
         ratio = resolutions[-1] / resolutions[-2]
         if len(curves) == 2:
-            order, factor = 1.0, rule.two
+            order, factor = 1.0, OF_TWO
         else:
             previous = np.where(finest > 0, (curves[-2] - curves[-3]) / finest, np.nan)
             before = resolutions[-2] / resolutions[-3]
             fine, coarse = _typical(last), _typical(previous)
-            order, factor = 1.0, rule.safe
+            order, factor = 1.0, SAFE
             if fine != 0 and np.isfinite(fine * coarse):
                 observed = _observed(coarse / fine, ratio, before)
                 monotone = np.nansum(last * previous) > 0
-                if monotone and observed >= rule.lowest:
-                    order = float(min(observed, rule.highest))
+                if monotone and observed >= LOWEST:
+                    order = float(min(observed, HIGHEST))
                 else:
-                    order = rule.lowest if monotone and observed > 0 else 1.0
-                    factor = rule.unsafe
+                    order = LOWEST if monotone and observed > 0 else 1.0
+                    factor = UNSAFE
             predicted = np.abs(previous) * (1 - ratio**-order) / (before**order - 1)
             last = np.fmax(np.abs(last), predicted)
-        difference = np.fmax(np.abs(last), rule.floor * _typical(last))
+        difference = np.fmax(np.abs(last), FLOOR * _typical(last))
     return np.where(np.isfinite(curves[-1]), factor * difference / (ratio**order - 1), np.nan)
 
 

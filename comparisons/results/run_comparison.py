@@ -64,7 +64,7 @@ class Change:
     @property
     def what(self) -> str:
         """What moved by how much, or else what happened."""
-        moved = f"{self.quantity.replace('_', ' ')} by {_signed(self.change)}"
+        moved = f"{self.quantity.replace('_', ' ')} by {fmt.signed_error(self.change)}"
         return moved if CHANGED in self.kinds else self.text
 
     @property
@@ -294,7 +294,7 @@ def _change(
     moves = _moves(answered, known, is_path=now.is_path)
     quantity, change = max(moves.items(), key=lambda item: abs(item[1]), default=("", 0.0))
     if abs(change) > moved:
-        kinds[CHANGED] = f"{quantity.replace('_', ' ')} moved by {_signed(change)}"
+        kinds[CHANGED] = f"{quantity.replace('_', ' ')} moved by {fmt.signed_error(change)}"
 
     # verdicts, and the largest error of the solve
     sides = [
@@ -344,8 +344,3 @@ def _moves(both: pd.DataFrame, quantities: list[str], *, is_path: bool) -> dict[
             changes = (new[differing] - old[differing]) / size
         moves[name] = float(changes[np.argmax(np.abs(changes))])
     return moves
-
-
-def _signed(change: float) -> str:
-    sign = "+" if change > 0 else "\N{MINUS SIGN}"
-    return f"{sign}{fmt.relative(abs(change))}"

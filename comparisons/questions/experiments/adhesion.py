@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from comparisons.judging.uncertainty import RULE, SAFE, combined
+from comparisons.judging.uncertainty import OF_TWO, SAFE, combined
 from comparisons.questions.experiments.experiment import (
     Effort,
     Finding,
@@ -204,7 +204,7 @@ def adhesive_range(
         pulls.append(fold[1])
     coarse, fine = pulls
     details["pull-off force over pi w R, exponential"] = -fine / math.pi
-    bar = rule / fine * RULE.two * abs(coarse / fine - 1) + _EXACT
+    bar = rule / fine * OF_TWO * abs(coarse / fine - 1) + _EXACT
     return Finding(rule, fine, bar, details)
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import Field
 from scipy import stats
 
-from comparisons.judging.uncertainty import RULE, combined, ratio_of_means, standard_error
+from comparisons.judging.uncertainty import OF_TWO, SAFE, combined, ratio_of_means, standard_error
 from comparisons.questions.experiments.experiment import (
     Finding,
     Points,
@@ -216,7 +216,7 @@ def truth(
         ratio, bar = ratio_of_means(fine[:, None], coarse[:, None], paired=True)
         ratios.append(float(ratio[0]))
         bars.append(float(bar[0]))
-    change, safety = abs(1 - 1 / ratios[-1]), RULE.safe if effort == "full" else RULE.two
+    change, safety = abs(1 - 1 / ratios[-1]), SAFE if effort == "full" else OF_TWO
     return samples * float(np.prod(ratios)), float(combined(safety * change, *bars))
 
 

@@ -13,7 +13,7 @@ from typing import Annotated, Literal
 import numpy as np
 from scipy import fft, stats
 
-from comparisons.judging.uncertainty import RULE, combined, ratio_of_means
+from comparisons.judging.uncertainty import SAFE, combined, ratio_of_means
 from comparisons.questions.experiments.experiment import (
     Count,
     Effort,
@@ -222,7 +222,7 @@ def peaks(
         "summits per surface": float(of_surface[8]["number"].mean()),
         "maxima per line": float(of_line[8]["number"].mean()),
     }
-    return compare(line_value, true, float(combined(RULE.safe * change / 3)), details)
+    return compare(line_value, true, float(combined(SAFE * change / 3)), details)
 
 
 # Points per ridge: of the map, and of the line on its coarser grid.

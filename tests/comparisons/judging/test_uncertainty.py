@@ -14,7 +14,10 @@ from hypothesis.extra.numpy import arrays
 from comparisons.facts.methods import growth
 from comparisons.judging.refinement import BUDGET, refinements
 from comparisons.judging.uncertainty import (
-    RULE,
+    HIGHEST,
+    OF_TWO,
+    SAFE,
+    UNSAFE,
     combined,
     grid_uncertainty,
     ratio_of_means,
@@ -57,13 +60,13 @@ def test_the_bar_encloses_the_true_error_of_every_credible_order(order, resoluti
         (
             N,
             (99, 101, 100),
-            RULE.unsafe * 0.01,
+            UNSAFE * 0.01,
         ),  # oscillating: the factor times the last difference
-        (N, (100, 101, 105), RULE.unsafe * 4 / 105),  # diverging
+        (N, (100, 101, 105), UNSAFE * 4 / 105),  # diverging
         # two that agree by chance: at first order the last difference is half the one before
         (N, (98, 100, 100), 1.25 * 0.01),
-        (N[:2], (102, 100), RULE.two * 0.02),  # of two grids, at first order: over r - 1
-        ((10, 30), (102, 100), RULE.two * 0.01),
+        (N[:2], (102, 100), OF_TWO * 0.02),  # of two grids, at first order: over r - 1
+        ((10, 30), (102, 100), OF_TWO * 0.01),
         (N, (7, 7, 7), 0.0),
         (N[:2], (7, 7), 0.0),
     ],
@@ -120,8 +123,8 @@ def test_bars_are_numbers_never_negative_and_know_no_units(curves, start, growth
     # No less than the last two grids differ at that step, whatever the branch.
     last = np.abs(curves[-1] - curves[-2]) / np.abs(curves[-1])
     ratio = n[-1] / n[-2]
-    spread = max(ratio**RULE.highest - 1, 1)
-    assert (bars >= RULE.safe * last / spread * (1 - 1e-12)).all()
+    spread = max(ratio**HIGHEST - 1, 1)
+    assert (bars >= SAFE * last / spread * (1 - 1e-12)).all()
 
 
 def test_standard_error_of_the_mean():
