@@ -22,8 +22,6 @@ class LostWorkError(RuntimeError):
     """
 
 
-def is_interrupt(error: BaseException | None) -> bool:
+def is_interrupt(error: BaseException) -> bool:
     """Tell whether an error is a ctrl-C, or what a class body (`__set_name__`) made of one."""
-    while error is not None and not isinstance(error, KeyboardInterrupt):
-        error = error.__cause__ or error.__context__
-    return error is not None
+    return any(isinstance(each, KeyboardInterrupt) for each in (error, error.__cause__))

@@ -111,8 +111,9 @@ def main() -> None:
     except BaseException as error:
         from comparisons.errors import is_interrupt
 
-        # A C extension that is loading forgets the interrupt that it met.
-        lost = interrupts.pressed and isinstance(error, (ImportError, SystemError))
+        # A C extension that is loading forgets the interrupt that it met; so may a clean-up.
+        met = isinstance(error.__context__, KeyboardInterrupt)
+        lost = interrupts.pressed and (met or isinstance(error, (ImportError, SystemError)))
         if not (lost or is_interrupt(error)):
             raise
         print("interrupted", file=sys.stderr)

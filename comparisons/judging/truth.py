@@ -233,29 +233,14 @@ class Truth:
     def _differing(
         self, second: Truth, quantities: tuple[str, ...], times: float = 1.0
     ) -> Iterator[tuple[str, np.ndarray, str]]:
-        """Yield quantity, difference (k,), and in words by how much, beyond `times` bars.
-
-        Where one adhesive contact has parted and the other holds, the load lies between their
-        jumps. These are told apart by the pull-off forces: if they agree, no curve differs there.
-        """
-
-        def apart(name: str) -> tuple[np.ndarray, np.ndarray]:
-            """Return how far both differ in a quantity, and how far they may, (k,)."""
-            curve, theirs = self.curves[name], second.curves[name]
-            bars = [combined(*truth._systematic(name).values()) for truth in (second, self)]
-            difference = np.abs(relative_error(theirs, curve, path=self.path))
-            return difference, times * combined(*bars) + EXACT
-
-        between_jumps = np.zeros(self.solution.converged.shape[1], dtype=bool)
-        if self.knows("pull_off_force", second.curves):
-            holds, also = (one.curves["contact_area"] > 0 for one in (self, second))
-            difference, allowed = apart("pull_off_force")
-            between_jumps = (holds != also) & (difference <= allowed)
+        """Yield quantity, difference (k,), and in words by how much, beyond `times` bars."""
         for name in quantities:
             if not self.knows(name, second.curves):
                 continue
-            difference, allowed = apart(name)
-            difference = np.where(between_jumps, np.nan, difference)
+            curve, theirs = self.curves[name], second.curves[name]
+            difference = np.abs(relative_error(theirs, curve, path=self.path))
+            bars = [combined(*truth._systematic(name).values()) for truth in (second, self)]
+            allowed = times * combined(*bars) + EXACT
             finite = np.isfinite(difference) & np.isfinite(allowed)
             if not finite.any():
                 continue
@@ -475,10 +460,14 @@ class Reference:
         """Whether it is a closed form."""
         return self.method == CLOSED_FORM
 
-    def known_to(self, name: str) -> np.ndarray:
-        """Return the relative 95 % half-width of a quantity at each load, those that are known."""
+    def bar(self, name: str) -> np.ndarray:
+        """Return the relative 95 % half-width of a quantity at each load; empty if not known."""
         parts = self.sources.get(name)
-        bars = combined(*parts.values()) if parts else np.array([])
+        return combined(*parts.values()) if parts else np.array([])
+
+    def known_to(self, name: str) -> np.ndarray:
+        """Return the bars of a quantity that are known."""
+        bars = self.bar(name)
         return bars[np.isfinite(bars)]
 
 

@@ -143,7 +143,8 @@ class Verdict(Judgement):
     @property
     def where(self) -> str:
         """That step and what was equal there: "load step 4, equal force"; on maps the band."""
-        equal = f"equal {quantity(self.at).label}" if self.at in QUANTITIES else ""
+        compared = self.ratio and self.at in QUANTITIES  # along a path each step with itself
+        equal = f"equal {quantity(self.at).label}" if compared else ""
         place = f"the lines' mean, the surface {self.band}" if self.band else ""
         return "; ".join(filter(None, [", ".join(filter(None, [self.when, equal])), place]))
 

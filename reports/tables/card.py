@@ -257,7 +257,7 @@ def _sources(scene: SceneRecord) -> list[str]:
             source
             for name, parts in scene.reference.sources.items()
             for source, part in parts.items()
-            if (part > 0.1 * scene.reference.known_to(name)).any()
+            if (np.array(part) > 0.1 * scene.reference.bar(name)).any()
         )
     )
 
