@@ -142,7 +142,12 @@ class Verdict(Judgement):
 
     @property
     def where(self) -> str:
-        """That step and what was equal there: "load step 4, equal force"; on maps the band."""
+        """That step and what was equal there: "load step 4, equal force"; on maps the band.
+
+        "" where nothing was decided.
+        """
+        if self.word == NO_RESULT:
+            return ""
         compared = self.ratio and self.at in QUANTITIES  # along a path each step with itself
         equal = f"equal {quantity(self.at).label}" if compared else ""
         place = f"the lines' mean, the surface {self.band}" if self.band else ""

@@ -165,7 +165,7 @@ def finding(records: Sequence[SceneRecord], method: str = MODEL) -> list[FamilyR
             instead = f"{' or '.join(titles)} {_range(chosen)}"
             instead += f"; none in {left}" if left else ""
         use = uses[0] if len(uses) == 1 else IN_PART
-        if use == YES and all(item.scene.too_steep for item in group):
+        if use not in (NO, NOT_KNOWN) and all(item.scene.too_steep for item in group):
             use = SMALL_SLOPES
         rows.append(FamilyRow(_named(group, families), use, largest, _cost(group), instead))
     return rows

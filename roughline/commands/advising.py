@@ -8,6 +8,8 @@ from collections.abc import Iterable
 from typing import Any
 
 from comparisons.errors import InputError
+from comparisons.facts.quantities import quantity
+from comparisons.formatting import listed
 from comparisons.geometry.plausibility import STRAINED
 from comparisons.geometry.prepare import RoughGeometry
 from comparisons.questions.claims.nearest import Nearest, claims_on, in_words, nearest, plainly
@@ -46,6 +48,10 @@ def print_known(plans: list[Plan], as_json: bool, again: str) -> int:
         if known := answers[name]:
             terminal.print_text(f"{name}: {plainly(known, tolerance)}")
             terminal.print_text(f"{name}: {in_words(known, tolerance)}")
+            told = {answer.quantity for answer in known}
+            left = [quantity(n).label for n in plan.scene.compare.quantities if n not in told]
+            if left:
+                terminal.print_text(f"{name}: no claim has measured {listed(left)} of such a scene")
         else:
             verdicts = [f"{claim} ({verdict})" for claim, verdict in claims_on(plan.scene).items()]
             found = f"claims on this built-in scene: {', '.join(verdicts)}" if verdicts else NOTHING

@@ -124,7 +124,7 @@ COMPUTED = (
     # Adhesion
     Quantity(
         "pull_off_force",
-        "pull-off force",
+        "largest pull",  # the pull-off force, if the contact parts
         "F_off",
         "N",
         comparable=True,

@@ -443,8 +443,12 @@ def places(scene: Scene, loads: AbsoluteLoads, unit: float) -> dict[str, Stretch
 
             pressure = yield_pressure(scene.poisson_ratio) * plastic.yield_stress
             first = yield_depth(body.parameters["radius"], scene.effective_modulus, pressure)
-            stretch = float(loads.values[0] / first), float(loads.values[-1] / first)
-            found |= {f"plastic-{YIELDING[plastic.model]}-{dent}": stretch for dent in DENTS}
+            low, high = float(loads.values[0] / first), float(loads.values[-1] / first)
+            if high <= 1:  # nothing yields
+                found["transform-power-law"] = exponent, exponent
+            for dent in DENTS if high > 1 else ():
+                if dent != "residual-20" or low >= 2:  # there a dent begins to be measured
+                    found[f"plastic-{YIELDING[plastic.model]}-{dent}"] = max(low, 1.0), high
     coupled = friction is not None and friction.coupling == "full"
     alone = set(scene.physics) == {"friction"} and not scene.rough
     if coupled and alone and body is not None and body.axisymmetric:

@@ -119,7 +119,8 @@ const findingOf = (method) => {
     const titles = new Set(chosen.map((one) => one.truth && !one.ranked ? judging.exact : one.title));
     const instead = !chosen.length ? "none that was run is within" : `${[...titles].join(" or ")} ${timesOf(chosen)}`
       + (chosen.length < group.length ? `; none in ${group.length - chosen.length}` : "");
-    const use = uses.size > 1 ? "in part" : uses.has("yes") && group.every((one) => one.scene.steep) ? "for small slopes only" : [...uses][0];
+    const said = uses.size > 1 ? "in part" : [...uses][0];
+    const use = !["no", "not known"].includes(said) && group.every((one) => one.scene.steep) ? "for small slopes only" : said;
     return [scenes, use, error, cost, instead];
   });
 };

@@ -150,6 +150,11 @@ def test_a_ball_that_dents_stands_at_its_depth_over_that_of_first_yield():
     assert force.error == pytest.approx(-0.263, abs=0.01)
     root = known("paraboloid", **dented, **depth, **{"plasticity.model": "elastic_root"})["force"]
     assert root.measured.claim == "plastic-root-force-10"
+    whole = {"compare.quantities": ["force", "residual_depth"]}
+    shallow = known("paraboloid", **dented, **whole, loading={"penetration": [1e-7, 2e-7]})
+    assert (shallow["force"].word, list(shallow)) == (WITHIN, ["force"])  # nothing yields
+    over = known("paraboloid", **dented, **whole, loading={"penetration": [1e-7, 1e-6]})["force"]
+    assert (over.here[0], over.word) == (1.0, NOT_RESOLVED)
     hardening = {"plasticity.hardening": "1 GPa"}
     assert not known("paraboloid", **dented, **depth, **hardening)
     drawn_out = {"loading": {"penetration": [2.8e-6, 1e-6]}}
