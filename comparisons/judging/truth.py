@@ -159,8 +159,13 @@ class Truth:
         every = np.ones(len(self.curves[name]))
         return {source: (part * every).tolist() for source, part in parts.items()}
 
-    def sentence(self, quantities: tuple[str, ...]) -> str:
-        """Return which solution is the truth, and how well each compared quantity is known."""
+    def sentence(
+        self, quantities: tuple[str, ...], fields: Mapping[str, np.ndarray] = MappingProxyType({})
+    ) -> str:
+        """Return which solution is the truth, and how well each compared quantity is known.
+
+        `fields` has the bars of measures at the last load, as of the pressure.
+        """
         if self.exact:
             read = [name for name in quantities if name in self.solution.bars]
             labels = ", ".join(f"{quantity(n).label} {relative_range(self.bar(n))}" for n in read)
@@ -173,7 +178,7 @@ class Truth:
         bars = {name: self.bar(name) for name in quantities if self.knows(name)}
         ranges = [
             f"{quantity(name).label} {relative_range(bar)}"
-            for name, bar in bars.items()
+            for name, bar in {**bars, **fields}.items()
             if np.isfinite(bar).any()
         ]
         known = f", known to: {', '.join(ranges)}" if ranges else ""

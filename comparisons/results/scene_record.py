@@ -45,12 +45,14 @@ def record_scene(
         disagreements = truth.disagreements(quantities, scene.compare.tolerance, titles)
         every = truth.disagreements(quantities, titles=titles)
         small = [text for text in every if text not in disagreements]
+        bars = truth_bars(plan, truth)
+        fields_known = {name: np.array([bar.bar]) for name, bar in bars.items() if name in FIELDS}
         reference = Reference(
             method=truth.method,
             resolution=truth.resolution,
-            text=truth.sentence(quantities),
+            text=truth.sentence(quantities, fields_known),
             sources={name: truth.known_from(name) for name in quantities},
-            bars=truth_bars(plan, truth),
+            bars=bars,
             footnotes=tuple(small),
             proved=verification,
             chance=chance(plan, truth),
