@@ -26,9 +26,8 @@ if TYPE_CHECKING:
 # Solves that are timed are repeated up to so many times, within so many seconds.
 REPEATS, REPEAT_SECONDS = 3, 0.1
 # Seconds of a solve that do not grow with the grid, and the most by which what exceeds them grew at
-# a doubling: meshes and dense matrices of single contacts are too small for their law. Of rough
-# surfaces all methods take about as long as they have points.
-OVERHEAD, STEEPEST, ROUGH = 0.1, 16.0, 4.0
+# a doubling: meshes and dense matrices of single contacts are too small for their law.
+OVERHEAD, STEEPEST = 0.1, 16.0
 
 
 @dataclass(frozen=True)
@@ -51,13 +50,20 @@ class Kind:
         return cls(scene.name, task.method, task.resolution, len(of), of[0] == 0, scene.rough)
 
     @property
+    def surface_growth(self) -> float:
+        """Factor of the time of a rough surface (line) with twice as many points a side."""
+        # by any method it takes about as long as it has points
+        row = METHODS.get(self.method)
+        return 2.0 if row is not None and row.dimension == 1 else 4.0
+
+    @property
     def usual_seconds(self) -> float | None:
         """What such a job once took; of rough surfaces as they have points. None: unknown."""
         row = METHODS.get(self.method)
         if row is None or row.surface is None or not self.rough:
             return None if row is None else row.seconds
-        sides = 1 if row.dimension == 1 else 2
-        return row.surface * self.realisations * (self.resolution / 64) ** sides
+        doublings = math.log2(self.resolution / 64)
+        return row.surface * self.realisations * self.surface_growth**doublings
 
 
 @dataclass(frozen=True)
@@ -144,8 +150,11 @@ class Forecast:
         cost.solving += solving
         cost.realisations += kind.realisations
         cost.jobs += 1
-        taken, usual = self._paces.get(kind.method, (0.0, 0.0))
-        self._paces[kind.method] = taken + seconds, usual + (kind.usual_seconds or 1.0)
+        taken, usually = self._paces.get(kind.method, (0.0, 0.0))
+        if (usual := kind.usual_seconds) is None:
+            self._paces[kind.method] = taken + seconds, usually + 1.0
+        else:  # jobs that are short beside the overhead say little of the pace
+            self._paces[kind.method] = taken + seconds + OVERHEAD, usually + usual + OVERHEAD
 
     def cost(self, kind: Kind) -> float | None:
         """Return the estimated seconds of a job, or None if unknown."""
@@ -167,7 +176,7 @@ class Forecast:
         if here > 0.0:
             solving *= there / here
         else:
-            grown = ROUGH if kind.rough else min(growth(kind.method), STEEPEST)
+            grown = kind.surface_growth if kind.rough else min(growth(kind.method), STEEPEST)
             grown **= math.log2(kind.resolution / nearest)
             solving += max(solving - OVERHEAD, 0.0) * (grown - 1.0)
         return cost.beside / cost.jobs + _repeated(solving, kind)
@@ -175,14 +184,22 @@ class Forecast:
     def remaining(self, kinds: Iterable[Kind], workers: int) -> Remaining:
         """Return the remaining time of jobs, divided among the workers.
 
-        It is complete if of each job's method another was done, of rough surfaces on others.
+        It is complete if of each job's method another was done: on rough surfaces if it is on one;
+        else on this scene, or at as fine a resolution.
         """
         asked = list(kinds)
         estimates = [cost for cost in map(self.cost, asked) if cost is not None]
         # One worker has the longest job, however many workers there are.
         seconds = max(sum(estimates) / workers, max(estimates, default=0.0))
-        done = {key[1:] for key in self._costs}
-        return Remaining(seconds, all((kind.method, kind.rough) in done for kind in asked))
+        finest: dict[tuple[str, bool], int] = {}
+        for (_, method, rough), costs in self._costs.items():
+            finest[method, rough] = max(finest.get((method, rough), 0), *costs)
+        complete = all(
+            (kind.scene, kind.method, kind.rough) in self._costs
+            or finest.get((kind.method, kind.rough), 0) >= (1 if kind.rough else kind.resolution)
+            for kind in asked
+        )
+        return Remaining(seconds, complete)
 
 
 def _repeated(solving: float, kind: Kind) -> float:
