@@ -20,6 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -30,6 +31,7 @@ from reference.particles.automata import Domain
 from reference.particles.mprgp import Rest
 from reference.particles.particle_body import (
     BALANCE,
+    Held,
     Numbers,
     ParticleContact,
     ParticleHalfSpace,
@@ -91,7 +93,6 @@ class PlasticHalfSpace(ParticleHalfSpace):
                 contact, last = self._agreed(
                     gap, stage, origin, last, forced=forced, balance=balance
                 )
-                self._before = self.flowed, self.amount
             yield contact
 
     def residual_depth(self, gap: ArrayLike, *, balance: float = BALANCE) -> float:
@@ -116,6 +117,12 @@ class PlasticHalfSpace(ParticleHalfSpace):
         if depth is None:
             depth = float(np.min(gap + left.displacement / self.spacing))
         return replace(left, penetration=depth * self.spacing)
+
+    def _agreed(self, *arguments: Any, **options: Any) -> tuple[ParticleContact, Held]:
+        """Solve one load, from whose plastic strains the next one begins."""
+        solved = super()._agreed(*arguments, **options)
+        self._before = self.flowed, self.amount
+        return solved
 
     def _relaxed(
         self, numbers: Numbers, floor: Floats, moved: Floats, sources: Floats, balance: float

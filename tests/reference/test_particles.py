@@ -265,6 +265,16 @@ def test_plastic_strain_relieves_the_stress_of_a_homogeneous_strain():
     assert_allclose(pulls, 0, atol=1e-13)
 
 
+def test_pressing_leaves_what_has_flowed_as_a_path_does():
+    """Loads of `press` follow each other on the body, too: less of it flows no more."""
+    body, gap = yielding()
+    deep, less = (next(body.press(gap, Load("penetration", n * FIRST))) for n in (2, 1.8))
+    assert_allclose(less.flowed, deep.flowed, atol=1e-3 * np.abs(deep.flowed).max())
+    other, gap = yielding()
+    walked(other, gap, 2)
+    assert_allclose(body.residual_depth(gap), other.residual_depth(gap), rtol=0.05)
+
+
 @pytest.mark.slow
 def test_a_yielding_path_has_the_forces_and_the_dent_of_finite_elements():
     """J2 elements have F/F_y = 2.774 and 10.03 at d/d_y = 2 and 5 and a dent of 0.247 of 5 d_y.
