@@ -43,8 +43,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from reference.contact import pieces
-from reference.elasticity import lame_parameters
-from reference.errors import positive_faults, refuse
+from reference.errors import poisson_faults, positive_faults, refuse
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int32]
@@ -176,16 +175,24 @@ def periodic_packing(counts: tuple[int, int, int]) -> Packing:
     return Packing(nodes * UNITS, np.stack(neighbours, axis=1), len(nodes))
 
 
+def moduli(poisson_ratio: float) -> tuple[float, float]:
+    """Return lambda/E = nu/((1 + nu)(1 - 2 nu)) and G/E = 1/(2 (1 + nu)); nu = 1/2 has none."""
+    if poisson_ratio == 0.5:
+        refuse(["poisson_ratio must be below 0.5: mean stress follows from a change of volume"])
+    refuse(poisson_faults(poisson_ratio))
+    shear = 0.5 / (1 + poisson_ratio)
+    return 2 * shear * poisson_ratio / (1 - 2 * poisson_ratio), shear
+
+
 class Automata:
     """A packing of one elastic material: forces that follow from displacements.
 
-    Lengths are in units of the spacing, moduli of E, forces of E r0^2. The mean stress follows the
-    strain, which incompressible automata would not have.
+    Lengths are in units of the spacing, moduli of E, forces of E r0^2.
     """
 
     def __init__(self, packing: Packing, poisson_ratio: float) -> None:
         self.packing, self.poisson_ratio = packing, poisson_ratio
-        self.lame, self.shear = lame_parameters(poisson_ratio)
+        self.lame, self.shear = moduli(poisson_ratio)
 
     def strains(self, moved: Floats, traces: Floats) -> None:
         """Write the relative changes of volume (n,) of the automata that may move.
@@ -298,7 +305,7 @@ def wave_stiffness(poisson_ratio: float, wave: Floats) -> NDArray[np.complex128]
 
     From the energy, bond by bond.
     """
-    lame, shear = lame_parameters(poisson_ratio)
+    lame, shear = moduli(poisson_ratio)
     total = np.zeros((6, 6), dtype=complex)
     volume = np.zeros(3, dtype=complex)
     for normal in DIRECTIONS:

@@ -269,9 +269,10 @@ WRONG = {
         ),
     ],
     "particles": [
-        ("poisson_ratio must", partial(Automata, None, nu)) for nu in (0.5, 0.6, -1.0, np.nan)
+        ("poisson_ratio must lie", partial(Automata, None, nu)) for nu in (0.6, -1.0, np.nan)
     ]
     + [
+        ("must be below 0.5: mean stress", partial(Automata, None, 0.5)),
         ("loaded_x.*; margin", lambda: Domain((-1.0, 2.0), np.nan)),
         ("gap must have one number", lambda: next(particles().press([1.0, 2.0], DEPTH))),
         (r"speed(.|\n)*scatter", lambda: Asperities(speed=-1.0, scatter=2.0)),

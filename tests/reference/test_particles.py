@@ -89,7 +89,7 @@ def test_action_is_reaction_in_forces_and_moments():
     np.testing.assert_allclose(moments.sum(axis=0), 0.0, atol=1e-11)
 
 
-@pytest.mark.parametrize("nu", [-0.9, 0.0, 0.3, 0.49])
+@pytest.mark.parametrize("nu", [-0.9, 0.0, 0.3, 0.49, 0.49995])
 def test_the_stiffness_is_symmetric_and_positive_in_every_wave(nu):
     for wave in RNG.uniform(-np.pi, np.pi, size=(50, 3)):
         stiffness = wave_stiffness(nu, wave)
