@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.special import ellipk
 
+from reference.closed_form import ellipsoid
 from reference.errors import ConvergenceError
 from reference.fem import (
     Enforcement,
@@ -99,6 +100,18 @@ def punch_stiffness(elements, aspect=1.0, nu=0.3):
 def test_flat_elliptic_punch_stiffness(aspect, bound):
     """Rings crowd towards the singular edge; from above, as contact in nodes of a Ritz method."""
     assert 0.0 < punch_stiffness(4, aspect) < bound
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("ratio", "nu"), [(4.0, 0.0), (25.0, 0.49)])
+def test_ellipsoid_force_and_area(ratio, nu):
+    """R'/R'' = 4 and 25 against Hertz (Johnson 1985, eqs. 4.26-4.32): 7e-5 and up to 3.1e-4."""
+    half_x, half_y = ellipsoid(ratio, 1.0, 1.0).semi_axes(1.0)
+    body = fitted_body(nu, 4, aspect=half_x / half_y)
+    exact = ellipsoid(ratio, 1.0, body.effective_modulus)
+    _, step = indented(body, lambda x, y: 0.5 * (x**2 / ratio + y**2), 0.1)
+    assert step.force == pytest.approx(exact.force(0.1), rel=4e-4)
+    assert step.contact_area == pytest.approx(exact.contact_area(0.1), rel=8e-4)
 
 
 @pytest.mark.parametrize("radius", [1.01, 1.1, 3.0])

@@ -185,7 +185,6 @@ def test_a_built_in_scene_may_be_given_physics_that_nothing_is_proved_of():
     sticky = {"adhesion.work": "50 mJ/m^2", "compare.quantities": ["force"]}
     result = solve_scene("paraboloid", "reduced", 10, overrides=sticky)
     assert result.converged
-    assert result.converged
     assert not any(name.endswith("_lower") for name in result.columns())
 
 
