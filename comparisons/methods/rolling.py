@@ -11,6 +11,7 @@ from functools import partial
 
 import numpy as np
 
+from comparisons.facts.quantities.rows import HALF_AXES
 from comparisons.geometry.prepare import Geometry, IndenterGeometry
 from comparisons.methods.friction import FrictionalGrid, normal_load
 from comparisons.methods.normal.closed_form import form_of
@@ -18,6 +19,7 @@ from comparisons.methods.normal.grid import Grid, cells, half_axes, make_grid
 from comparisons.methods.normal.reduced import ProfileSolver, line_picture
 from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.scene.indenters.indenter import Indenter
+from comparisons.scene.indenters.not_round import Ellipsoid
 from comparisons.scene.physics.tables.friction import Friction
 from comparisons.scene.physics.tables.rolling import Rolling
 from comparisons.scene.scene import Scene
@@ -276,6 +278,8 @@ class Theory(Solver[IndenterGeometry]):
         nu = self.scene.poisson_ratio
         contact = EllipticContact((a, b), self.scene.shear_modulus, nu, self.friction * force)
         solution = Solution.empty(task, unknowns=4 * task.resolution**2)
+        ellipsoid = isinstance(task.geometry.indenter, Ellipsoid)
+        axes = dict(zip(HALF_AXES, (a, b), strict=True)) if ellipsoid else {}
         for step, value in enumerate(task.loads.values):
             creep = *self.rolling.both(float(value)), self.rolling.spin
             rolled = self.rolled(contact, creep, task.resolution)
@@ -289,9 +293,8 @@ class Theory(Solver[IndenterGeometry]):
                     "penetration": depth,
                     "force": force,
                     "contact_area": area,
-                    "half_axis_x": a,
-                    "half_axis_y": b,
-                },
+                }
+                | axes,
             )
         return solution
 

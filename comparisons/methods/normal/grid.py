@@ -322,8 +322,8 @@ def contact_quantities(
 def half_axes(task: Task, x: np.ndarray, y: np.ndarray, pressed: np.ndarray) -> dict[str, float]:
     """Return the half-axes of an ellipsoid's contact from forces at points; of others nothing.
 
-    Their second moments are those of Hertz's pressure, <x^2> = a^2/5: known as well as the force,
-    while the outermost cell is known to a cell.
+    Their second moments are those of Hertz's pressure, <x^2> = a^2/5: of second order in the cells
+    across, while the outermost cell is known to a cell.
     """
     scene = task.scene
     hertz = scene.half_space.uniform and {*scene.physics} <= {"rolling", "friction"}
