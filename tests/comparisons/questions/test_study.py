@@ -12,7 +12,6 @@ import pandas as pd
 import pytest
 
 from comparisons.errors import ResultsError
-from comparisons.facts.methods import METHODS
 from comparisons.judging.truth import NO_REFERENCE
 from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.methods.registry import SOLVERS, concerned
@@ -127,7 +126,7 @@ def test_a_part_expects_its_share_of_the_surfaces_that_pilots_will_ask_for(rough
     told = {}
 
     def stop(study, _):
-        told[study.part] = study.remaining().seconds, study.counts[1]
+        told[study.part] = study.remaining().seconds, study._inquiries.remaining([]).seconds
         raise KeyboardInterrupt
 
     for part in ((1, 1), (1, 2), (2, 2)):
@@ -135,9 +134,8 @@ def test_a_part_expects_its_share_of_the_surfaces_that_pilots_will_ask_for(rough
             Study(plans, tmp_path / f"{part}", part=part, watch=stop).run()
     (whole, pilots), *parts = told.values()
     (one, _), (other, _) = parts
-    job = METHODS["bem_fft"].seconds
-    assert whole > (pilots + 1) * job
-    assert one + other == pytest.approx(whole + pilots * job)
+    assert whole > pilots > 0
+    assert one + other == pytest.approx(whole + pilots)
 
 
 def test_the_body_is_stressed_on_the_finest_grid_alone(scene):
