@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from comparisons import formatting as fmt
+from comparisons.facts.methods import CLOSED_FORM
 from comparisons.facts.quantities import quantity
 from comparisons.results.record import SceneRecord, StudyRecord
 from comparisons.results.rows import NO_ROWS, Rows
@@ -89,6 +90,11 @@ class RunComparison:
     notes: tuple[str, ...]
 
     @property
+    def compared(self) -> tuple[Change, ...]:
+        """What is in both runs."""
+        return tuple(change for change in self.changes if change.kinds != (ONE_SIDED,))
+
+    @property
     def failed(self) -> tuple[Change, ...]:
         """What moved, was lost or changed its verdict."""
         return tuple(change for change in self.changes if change.bad)
@@ -96,15 +102,14 @@ class RunComparison:
     @property
     def sentence(self) -> str:
         """How many solves changed, in the words of terminal, page and notebook."""
-        kinds = [c.kinds for c in self.changes if c.kinds != (ONE_SIDED,)]
+        kinds = [c.kinds for c in self.compared]
         changed = sum(not {SAME, *TIMED}.issuperset(own) for own in kinds)
         alone = len(self.changes) - len(kinds)
         if not kinds:
             return "Nothing in both runs can be compared"
         return (
-            f"Of {len(kinds)} solves (one method at one resolution) in both runs "
-            f"{changed or 'none'} changed an answer or a verdict"
-            + (f"; {alone} more are in one run only" if alone else "")
+            f"{changed or 'None'} of {len(kinds)} solves in both runs changed an answer or a "
+            "verdict" + (f"; {alone} more are in one run only" if alone else "")
         )
 
 
@@ -124,6 +129,7 @@ def compare_runs(
     old = {scene.name: scene for scene in before.scenes}
     new = {scene.name: scene for scene in after.scenes}
     notes = []
+    least: dict[str, float] = {}  # the move that counts on scenes where N is another grid
     if len(old) == len(new) == 1 and old.keys() != new.keys():
         (name,), (other,) = old, new
         notes.append(f"the scene is called {name} in the first run and {other} in the second")
@@ -133,7 +139,7 @@ def compare_runs(
         if pair[0] != pair[1]:
             notes.append(f"{name}: {pair[0]} before, {pair[1]} after")
     if before.machine != after.machine:
-        notes.append("the machines differ: times are shown but not judged")
+        notes.append("the machines differ: no solve is said to take longer or less time")
     if before.effort != after.effort:
         notes.append(f"effort: {before.effort} before, {after.effort} after")
     for run, ordinal in ((before, "first"), (after, "second")):
@@ -150,6 +156,12 @@ def compare_runs(
         if problem_of(scene) != problem_of(scene_after):
             old[name], new[name], told = at_common_loads(scene, scene_after)
             notes += [f"{name}: {told}"] if told else []
+            both = (scene, scene_after) if told and len(old[name].rows) else ()
+            largest = [np.nanmax(np.abs(run.rows[run.control])) for run in both]
+            if both and abs(largest[0] - largest[1]) > MOVED * max(largest):
+                least[name] = min(scene.tolerance, scene_after.tolerance)
+                told = f"moves on its grids count beyond {fmt.tolerance(least[name])}"
+                notes.append(f"{name}: N is of the largest load, which differs: {told}")
         truths = [
             f"{run.reference.method} {run.reference.resolution}" if run.reference.method else "none"
             for run in (scene, scene_after)
@@ -170,10 +182,11 @@ def compare_runs(
             for method in dict.fromkeys(scene.rows["method"])
             for n in scene.resolutions_run(method)
         )
-        changes += [
-            _change(name, method, n, was, now, tolerances.get(method, moved), slower)
-            for method, n in solves
-        ]
+        for method, n in solves:
+            counts = tolerances.get(method, moved)
+            if name in least and method != CLOSED_FORM:
+                counts = max(counts, least[name])
+            changes.append(_change(name, method, n, was, now, counts, slower))
     return RunComparison(before, after, tuple(changes), tuple(notes))
 
 
@@ -247,8 +260,9 @@ def at_common_loads(was: SceneRecord, now: SceneRecord) -> tuple[SceneRecord, Sc
         sides.append(replace(scene, rows=Rows.of(table), verdicts=verdicts))
     if loads := first.loc[list(steps.values()), was.control].tolist():
         common = _in_words(f"loading.{was.control}", loads)
-        told = f"only the loads of both runs are compared ({common}), and no verdict or time, "
-        told += "which are of all loads"
+        words = "step" if len(loads) == 1 else "steps"
+        told = f"compared at {common} alone, the only {words} in both; verdicts and times, which "
+        told += "cover all steps, are left out"
     else:
         told = "no load is common to both runs, so that nothing is compared"
     return sides[0], sides[1], "" if whole else told

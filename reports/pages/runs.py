@@ -19,8 +19,8 @@ MARGIN = 1.6
 SMALLEST = 1e-12  # errors below are round-off, and a plot of their ratios would show noise
 DIAGONAL = Look("unchanged", MUTED, dash=DOTTED)
 ERRORS = (
-    "One marker per solve: its largest error before and after, each relative to the reference of "
-    "its run. Above the line the error has grown. Hollow markers: highlighted in the table."
+    "One marker per solve (a method at a resolution): its largest error before and after, relative "
+    "to the reference of its run. Above the line it has grown. Hollow: highlighted in the table."
 )
 TIMES = (
     "One marker per solve: its time before and after. Above the line it took longer. A run keeps "

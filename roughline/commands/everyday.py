@@ -347,17 +347,17 @@ def compare(
     from roughline.commands.arguments import DEFAULT_FOLDER, share
     from roughline.studies import compare_runs
 
-    record = compare_runs(before, after, tolerance=share(tolerance), slower=slower).record
     runs = f"{before.resolve().name}-{after.resolve().name}"
     out = out or DEFAULT_FOLDER / f"comparison-{runs}"
     page = out / "comparison.html"
+    if page.exists() and not overwrite:
+        told = "use --overwrite to replace it, or --out for another folder"
+        raise InputError(f"{page} exists already: {told}")
+    record = compare_runs(before, after, tolerance=share(tolerance), slower=slower).record
     with held(out):
-        if page.exists() and not overwrite:
-            told = "use --overwrite to replace it, or --out for another folder"
-            raise InputError(f"{page} exists already: {told}")
         write_text(page, comparison_page(record, shlex.join(["roughline", *sys.argv[1:]])))
     terminal.print_run_comparison(record, page)
-    return FAILED if record.failed else FINE
+    return FAILED if record.failed or not record.compared else FINE
 
 
 def paper(

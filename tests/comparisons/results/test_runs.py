@@ -166,8 +166,8 @@ def test_loads_are_matched_by_value_and_what_differs_is_named(tmp_path):
     assert [note.replace("\u202f", " ") for note in record.notes] == [
         "ball: the scene differs (plain numbers are SI): loading.penetration: 1, 2, 4 µm → 4 µm; "
         "compare.tolerance: 1 % → 5 %",
-        "ball: only the loads of both runs are compared (4 µm), and no verdict or time, which are "
-        "of all loads",
+        "ball: compared at 4 µm alone, the only step in both; verdicts and times, which cover all "
+        "steps, are left out",
     ]
     assert [change.kinds for change in record.changes] == [(SAME,)] * 2
     stiffer = scene_with(study(tmp_path, factor=1.1), text.format("4e-6", 0.2), DEPTHS[2:])
@@ -182,8 +182,20 @@ def test_without_a_common_load_nothing_is_compared(tmp_path, more):
     second = scene_with(study(tmp_path), "loading.penetration = 4e-6", DEPTHS[2:], **more)
     record = compare_runs(first, second)
     assert record.notes[-1] == "ball: no load is common to both runs, so that nothing is compared"
-    assert record.changes == ()
+    assert record.changes == record.compared == ()
     assert record.sentence == "Nothing in both runs can be compared"
+
+
+@pytest.mark.parametrize(("factor", "moved"), [(1.005, False), (1.02, True)])
+def test_small_moves_of_another_grid_do_not_count(tmp_path, factor, moved, monkeypatch):
+    """N is of the largest load, and the scene asks for 1 %."""
+    text = "loading.penetration = [{}]"
+    before = scene_with(study(tmp_path), text.format("1e-6, 2e-6, 4e-6"))
+    after = scene_with(study(tmp_path, factor=factor), text.format("1e-6, 2e-6"), DEPTHS[:2])
+    assert (CHANGED in reduced_change(before, after).kinds) == moved
+    assert "N is of the largest load" in compare_runs(before, after).notes[-1]
+    monkeypatch.setattr("comparisons.results.run_comparison.CLOSED_FORM", "reduced")
+    assert reduced_change(before, after).bad  # without a grid every move counts
 
 
 def test_paths_are_compared_until_they_part(tmp_path):
@@ -192,7 +204,7 @@ def test_paths_are_compared_until_they_part(tmp_path):
     first = scene_with(study(tmp_path), text.format("1e-6, 2e-6, 4e-6"), **path)
     second = scene_with(study(tmp_path, factor=1.1), text.format("1e-6, 4e-6"), DEPTHS[::2], **path)
     (moved,) = compare_runs(first, second).failed
-    assert "(1 µm)" in compare_runs(first, second).notes[-1].replace("\u202f", " ")
+    assert "compared at 1 µm alone" in compare_runs(first, second).notes[-1].replace("\u202f", " ")
     assert moved.moves == {"force": pytest.approx(0.1)}
 
 
@@ -211,11 +223,10 @@ def test_one_sentence_counts_the_solves_of_both_runs(tmp_path):
     before = study(tmp_path)
     after = replace(study(tmp_path, seconds=9.0), scenes=(*study(tmp_path).scenes, other))
     assert compare_runs(before, after).sentence == (
-        "Of 2 solves (one method at one resolution) in both runs none changed an answer or a "
-        "verdict; 2 more are in one run only"
+        "None of 2 solves in both runs changed an answer or a verdict; 2 more are in one run only"
     )
     moved = compare_runs(before, study(tmp_path, factor=2.0, seconds=9.0))
-    assert moved.sentence.endswith("in both runs 1 changed an answer or a verdict")
+    assert moved.sentence == "1 of 2 solves in both runs changed an answer or a verdict"
 
 
 def test_versions_scenes_and_truths_that_differ_are_named(tmp_path):

@@ -894,13 +894,13 @@ def test_two_runs_of_one_scene_are_the_same_and_a_changed_model_is_not(roughline
     compare = ("compare", "a", "b", "--slower", "1e9")  # times are another matter
     same = roughline(*compare)
     assert same.code == 0
-    assert "none changed an answer or a verdict" in same.out
+    assert "None of 3 solves in both runs changed an answer" in same.out
     page = Path("roughline-results/comparison-a-b/comparison.html")
-    assert "none changed an answer or a verdict" in page.read_text(encoding="utf-8")
+    assert "None of 3 solves in both runs changed an answer" in page.read_text(encoding="utf-8")
     rows = pd.read_csv("b/results.csv")
     rows.loc[rows["method"] == "reduced", "force"] *= 1.002
     rows.to_csv("b/results.csv", index=False)
-    kept = roughline(*compare)
+    kept = roughline("compare", "a", "missing", "--out", page.parent)  # before anything is read
     assert kept.code == 2
     assert f"{page} exists already: use --overwrite" in kept.err
     assert "force moved by" not in page.read_text(encoding="utf-8")
@@ -909,6 +909,10 @@ def test_two_runs_of_one_scene_are_the_same_and_a_changed_model_is_not(roughline
     assert "force moved by +0.20" in moved.out
     assert "force moved by" in page.read_text(encoding="utf-8")
     assert roughline(*compare, "--tolerance", "1%", "--out", "c").code == 0
+    loads = ("--loads", "force=7 N")
+    assert roughline("run", ball, *options, *loads, "--out", "d").code == 0
+    apart = roughline("compare", "a", "d")
+    assert (apart.code, "Nothing in both runs" in apart.out) == (1, True)
 
 
 def test_a_claim_is_tested_again_without_a_word_and_spares_the_folder_of_all(roughline, tmp_path):
