@@ -355,7 +355,8 @@ def verdict_map(scenes: Sequence[SceneRecord]) -> Figure | None:
 
     Of one scene each quantity has a row, with its error.
     """
-    rows = [scene.verdicts_on(scene.judged_methods[0]) for scene in scenes]
+    every = [scene.verdicts_on(scene.judged_methods[0]) for scene in scenes]
+    rows = [tuple(item for item in row if item.counts and item.offered) for row in every]
     labels = [scene.name for scene in scenes]
     if len(scenes) == 1:
         labels = [item.text for item in rows[0]]
@@ -392,8 +393,7 @@ def verdict_map(scenes: Sequence[SceneRecord]) -> Figure | None:
             arrows = np.where(beyond, edge, np.nan)
             series.append(Series(replace(nameless, marker=marker), arrows, heights, line=False))
         lost = np.array([height for height, item in items if item.word == NO_RESULT])
-        label = f"{style.label}: no result" if len(lost) else ""
-        crossed = replace(style, label=label, marker=CROSS)
+        crossed = replace(style, label="no result" if len(lost) else "", marker=CROSS)
         series.append(Series(crossed, np.full(len(lost), 0.8 * HIGH), lost, line=False))
     ticks = tuple((float(number), label) for number, label in enumerate(labels))
     return Figure(

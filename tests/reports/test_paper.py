@@ -272,6 +272,10 @@ def test_the_figure_of_verdicts_has_the_numbers_of_the_verdicts(study):
             ratio = abs(item.error) / item.tolerance
             if LOW < ratio < HIGH:
                 assert ratio in shown, item.text
+        for offered in (True, False):  # what a method does not compute is no cross
+            lost = tuple(replace(v, word="no result", offered=offered) for v in scene.verdicts)
+            crossed = verdict_map([replace(scene, verdicts=lost)])
+            assert offered == bool(crossed and "no result" in crossed.series[-1].look.label)
 
 
 def test_hostile_titles_are_text_in_every_format(folder):
