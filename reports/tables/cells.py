@@ -47,6 +47,7 @@ class Cell:
     kind: str = "text"
     method: str = ""  # the method whose colour precedes the text
     bar: float | None = None  # half-width of the error bar if `key` is an error
+    title: str = ""  # what is said on hover
     # Verdict words to show instead of the text, each in the colour of its tone.
     badges: tuple[str, ...] = ()
 
@@ -138,7 +139,7 @@ def error(value: float, bar: float, text: str = "") -> Cell:
 def of_verdict(judged: Verdict) -> Cell:
     """Return the error with its bar that a verdict stands on."""
     if judged.word == NO_RESULT:
-        return NOTHING
+        return replace(NOTHING, title=judged.reason)
     return error(judged.error, judged.uncertainty, judged.number)
 
 

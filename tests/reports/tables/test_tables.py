@@ -9,6 +9,7 @@ from rich.console import Console
 
 import roughline
 from comparisons import formatting as fmt
+from comparisons.judging.verdicts import Verdict
 from comparisons.results.advice import advise, truth_known_to
 from comparisons.results.rows import Rows
 from comparisons.scene.scene import builtin_names, load_scene
@@ -58,6 +59,9 @@ def test_every_renderer_says_the_same_words(judged):
 def test_an_error_has_its_sign_and_bar_in_print_as_on_the_screen(judged):
     assert "+1.23 ± 0.04\u202f%" in on_a_terminal(judged)
     assert "+1.23 ± 0.04\u202f%" in in_markdown(judged)
+    missing = Verdict(quantity="pressure", at="force", tolerance=0.01, reason="not computed")
+    page = on_a_page(table(("error",), [(cells.of_verdict(missing),)]))
+    assert 'title="not computed" data-key="nan">–</td>' in page
     assert r"+1.23 $\pm$ 0.04\,\%" in latex(judged, "x")
 
 
