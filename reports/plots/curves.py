@@ -153,9 +153,9 @@ def difference(scene: SceneRecord, across: str, up: str) -> Figure | None:
     scale = fmt.Scale(100.0, "%") if apart >= 1e-4 else fmt.Scale(1e6, "ppm")
     return Figure(
         f"difference-{up}",
-        _sentence(f"{name.label} less that of the reference"),
-        "What parts the curves: each method at its finest resolution less the reference, over it, "
-        f"at equal {quantity(across).label}. Light band, if any: uncertainty of the reference.",
+        _sentence(f"{name.label}: relative difference from the reference"),
+        "What parts the curves: each method at its finest resolution, at equal "
+        f"{quantity(across).label}. Light band, if any: uncertainty of the reference.",
         value_axis(across, x, wants_log(loads)),
         Axis("relative difference", f"Δ{name.symbol}", scale=scale),
         tuple(replace(item.series, y=item.errors, bars=None, marks=True) for item in drawn),

@@ -38,8 +38,7 @@ GUIDES = (Guide(1e-3, "1 ms"), Guide(1.0, "1 s"), Guide(60.0, "1 min"))
 FRONT = Look("Pareto front", MUTED, dash=DASHED)
 CAPTION = (
     "Largest relative error over all loads against the time for all; lower left is better. "
-    "One marker per resolution N; hollow: {hollow}. Shaded: below the bar of the reference. "
-    f"{SIGN_NOTE} {ITSELF}."
+    "One marker per resolution N"
 )
 REUSED = "without the set-up, which other loads could reuse"
 SINGLE = (
@@ -115,24 +114,31 @@ def _figure(scene: SceneRecord, name: str, points: Points, limits: tuple[float, 
         along, reached = np.append(along, span[1]), np.append(reached, reached[-1])
     if len(along) > 1:  # one setting that is best in both is no line
         series.append(Series(FRONT, along, reached, marks=False, width=1.5, stairs=True))
+    arrows: list[Series] = []
     for method in drawing_order(dict.fromkeys(item.method for item, *_ in points)):
         own = [point for point in points if point[0].method == method]
         drawn = _method_series(scene, method, own, bar)
         series += [part for whole in drawn for part in parted(whole, known_to)]
         signed = np.array([item.error if item.signed else np.nan for item, *_ in own])
-        series += sign_marks(drawn[-1], signed, known_to, high)
+        arrows += sign_marks(drawn[-1], signed, known_to, high)
+    series += arrows
     if (errors <= known_to).any():
         where = Look(f"at or below the {'bar' if bar > low else 'foot'}", MUTED, DOWN)
         nowhere = np.array([np.nan])
         series.append(Series(where, nowhere, nowhere, line=False, size=9))
     several = any(spent.surfaces > 1 for _, spent, _ in points)
+    hollow = any((item.hollow & np.isfinite(item.x * item.y)).any() for item in series)
+    caption = f"{CAPTION}; hollow: {SINGLE if several else REUSED}." if hollow else f"{CAPTION}."
+    caption += " Shaded: below the bar of the reference." if bar > low else ""
+    caption += f" {SIGN_NOTE}" if arrows else ""
+    caption += f" {ITSELF}." if truth in {item.method for item, *_ in points} else ""
     at_equal = scene.equal_at(name)
     equal = f" at equal {quantity(at_equal).label}" if at_equal in QUANTITIES else ""
     floor = Band(np.array(span), np.full(2, low), np.full(2, bar), label=TRUTH_BAR)
     return Figure(
         f"speed-{name}",
         f"Error of {quantity(name).label}{equal}",
-        CAPTION.format(hollow=SINGLE if several else REUSED),
+        caption,
         time_axis("time for the whole scene", span),
         with_foot(error_axis(low, high, "largest error", quantity(name).label), series),
         (*series, *_failures(scene, lost, span, high)),
