@@ -295,7 +295,7 @@ def _title(axis: Axis) -> str:
     """Return the title of an axis with HTML subscripts for plotly.
 
     >>> _title(Axis(quantity="pull_off_force", scale=fmt.Scale(1e3, "mN")))
-    'pull-off force F<sub>off</sub> / mN'
+    'largest pull F<sub>off</sub> / mN'
     """
     title, symbol = inert(axis.label), quantity(axis.quantity).symbol
     return title.replace(symbol, re.sub(r"_(\w+)", r"<sub>\1</sub>", symbol)) if symbol else title
