@@ -330,7 +330,7 @@ def test_methods_that_lost_every_solve_and_scenes_without_a_truth_leave_tables(s
     scene = replace(whole, rows=lost, verdicts=(), reference=NO_REFERENCE)
     scene = replace(scene, verdicts=explained(scene))
     written = write_paper(replace(study, scenes=(scene,)), tmp_path / "out")
-    assert {path.name for path in written if path.suffix == ".pdf"} == {"verdicts.pdf"}
+    assert not [path for path in written if path.suffix == ".pdf"]
     verdicts = (tmp_path / "out" / "verdicts.md").read_text(encoding="utf-8")
     assert "| contact area | – | – |" in verdicts
 
