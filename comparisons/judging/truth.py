@@ -471,8 +471,9 @@ class Reference:
         return combined(*parts.values()) if parts else np.array([])
 
     def known_to(self, name: str) -> np.ndarray:
-        """Return the bars of a quantity that are known."""
-        bars = self.bar(name)
+        """Return the bars of a quantity that are known; of a field that at the last load."""
+        last = [self.bars[name].bar] if name in self.bars else []
+        bars = self.bar(name) if self.sources.get(name) else np.array(last)
         return bars[np.isfinite(bars)]
 
 

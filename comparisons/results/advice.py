@@ -335,13 +335,9 @@ def _single(record: SceneRecord) -> str:
 
 def truth_known_to(record: SceneRecord, advice: Advice) -> tuple[float, str]:
     """Return the widest bar of the truth at any load, and in which quantity; NaN: none is known."""
-    widest = math.nan, ""
-    for name in advice.quantities:
-        fields = [known.bar for known in [record.reference.bars.get(name)] if known]
-        bar = max([*record.reference.known_to(name)] or fields, default=math.nan)
-        if not bar <= widest[0] and not math.isnan(bar):
-            widest = bar, name
-    return widest
+    known = {name: record.reference.known_to(name) for name in advice.quantities}
+    widest = [(max(bars), name) for name, bars in known.items() if len(bars)]
+    return max(widest, key=lambda item: item[0], default=(math.nan, ""))
 
 
 def wide_truth(record: SceneRecord, effort: str) -> str:

@@ -444,11 +444,13 @@ def places(scene: Scene, loads: AbsoluteLoads, unit: float) -> dict[str, Stretch
             pressure = yield_pressure(scene.poisson_ratio) * plastic.yield_stress
             first = yield_depth(body.parameters["radius"], scene.effective_modulus, pressure)
             low, high = float(loads.values[0] / first), float(loads.values[-1] / first)
-            if high <= 1:  # nothing yields
+            # dents were measured from 2 on; below 1 nothing yields
+            dents = [dent for dent in DENTS if dent != "residual-20" or low >= 2]
+            claims = [f"plastic-{YIELDING[plastic.model]}-{dent}" for dent in dents]
+            if high > 1:
+                found |= dict.fromkeys(claims, (max(low, 1.0), high))
+            else:
                 found["transform-power-law"] = exponent, exponent
-            for dent in DENTS if high > 1 else ():
-                if dent != "residual-20" or low >= 2:  # there a dent begins to be measured
-                    found[f"plastic-{YIELDING[plastic.model]}-{dent}"] = max(low, 1.0), high
     coupled = friction is not None and friction.coupling == "full"
     alone = set(scene.physics) == {"friction"} and not scene.rough
     if coupled and alone and body is not None and body.axisymmetric:
