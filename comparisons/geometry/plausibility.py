@@ -18,11 +18,9 @@ from comparisons.geometry.prepare import (
     RoughGeometry,
     equivalent_profile,
 )
-from comparisons.reasons import CHECK, STEEP
+from comparisons.reasons import CHECK, STEEP, STRAINED
 from comparisons.scene.scene import Scene
 
-# Of notes on a premise of all methods that a scene strains.
-STRAINED = "small strains: "
 # E* below the softest gels in indentation tests, and above diamond on diamond.
 SOFTEST, STIFFEST = 1e3, 2e12
 # Penetration over contact radius: a/R of a paraboloid, the mean slope of a body in the contact. At

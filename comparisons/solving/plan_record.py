@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from math import pi
 from statistics import median
 
-from comparisons.reasons import CHECK
+from comparisons.reasons import CHECK, STRAINED
 
 
 @dataclass(frozen=True)
@@ -95,5 +95,5 @@ class PlanRecord:
 
     @property
     def doubts(self) -> list[str]:
-        """The notes that question the scene itself, its units, its slopes: to be seen first."""
-        return [note for note in self.notes if note.startswith(CHECK)]
+        """The notes that question the scene itself (units, slopes, strains): to be seen first."""
+        return [note for note in self.notes if note.startswith((CHECK, STRAINED))]

@@ -39,7 +39,7 @@ from reports.tables import cells
 from reports.tables import scene as tables
 from reports.tables.card import card, not_known_here
 from reports.tables.cells import Head, Table, table
-from reports.tables.judged import finding_table, prepared_table
+from reports.tables.judged import finding_table, not_computed, prepared_table
 from reports.tables.runs import plan_rows
 
 TURNING = "picture-view"
@@ -108,6 +108,7 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
         swept=swept,
         prepared=prepared_table(record.scenes),
         compared=compared_methods(record.scenes),
+        lacking=not_computed(record.scenes, MODEL),
         quantities=in_order(name for view in views for name in view.verdicts),
         choosable=in_order(
             {name for _, figure in figures for name in figure.quantity.split()}

@@ -85,10 +85,23 @@ def finding_table(scenes: Sequence[SceneRecord], method: str) -> Table:
     note = _explained(name for name in names if symbol(name) in words)
     if any("*" in row.instead for row in found):
         note = "; ".join(filter(None, [note, ITSELF]))
+    note = "; ".join(filter(None, [note, not_computed(scenes, method)]))
     told = [f"{item.name}: {said}" for item in scenes if (said := not_known_here(item))]
     if method == MODEL:
         note = "\n".join(filter(None, [note, *told]))
     return table(heads, rows, title=_headline(method), note=note)
+
+
+def not_computed(scenes: Sequence[SceneRecord], method: str) -> str:
+    """Return which asked quantities a method does not compute; its verdicts say nothing of them."""
+    lacking: dict[str, list[str]] = {}
+    for scene in scenes:
+        for item in scene.verdicts_on(method):
+            if item.counts and not item.offered:
+                lacking.setdefault(quantity(item.quantity).label, []).append(scene.name)
+    of = {label: of[0] if len(of) == 1 else f"{len(of)} scenes" for label, of in lacking.items()}
+    named = (label if len(scenes) == 1 else f"{label} ({of[label]})" for label in of)
+    return f"not computed, so not part of the answer: {', '.join(named)}" if of else ""
 
 
 def _headline(method: str) -> str:

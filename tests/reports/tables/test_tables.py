@@ -20,7 +20,7 @@ from reports.plots.stored import slider_steps
 from reports.tables import cells
 from reports.tables.card import _bodies, card
 from reports.tables.cells import table, tone
-from reports.tables.judged import TRUE, prepared_table, verdict_table
+from reports.tables.judged import TRUE, finding_table, not_computed, prepared_table, verdict_table
 from reports.tables.scene import spots
 from reports.tables.written import alignment, drawn, frame, in_markdown, latex, rewrite
 from roughline import notebook
@@ -160,6 +160,17 @@ def test_the_area_of_a_flat_face_is_given_and_has_no_bar(of):
     told = of(square + '[compare]\nquantities = ["force"]\n', ("bem_fft",))
     assert told["contact area"] == "4.00\u202fmm²"
     assert "±" in told["force"]
+
+
+def test_what_a_method_does_not_compute_is_no_part_of_its_answer(tmp_path):
+    """Springs of an ellipsoid have no pressure; those of a paraboloid have."""
+    scenes = ["paraboloid", "ellipsoid-2"]
+    study = roughline.Study(scenes, tmp_path / "out", methods=["closed_form", "reduced"])
+    scenes = study.run().record.scenes
+    said = "not computed, so not part of the answer: contact pressure"
+    assert said + " (ellipsoid-2)" in finding_table(scenes, "reduced").note
+    assert not_computed(scenes[1:], "reduced") == said
+    assert not not_computed(scenes[:1], "reduced")
 
 
 def test_a_bar_that_differs_from_load_to_load_is_given_by_its_ends(study):
