@@ -1,4 +1,4 @@
-"""Make the tables of docs/bounds.md: enclosures, their width, their cost.
+"""Make the tables of docs/error-bars.md: enclosures, their width, their cost.
 
 Run from the repository's root (half an hour on one core, most of it the rough contacts). Tables
 that the page shows are written into it, and docs/problem-sheet.csv; others are printed::
@@ -33,7 +33,7 @@ from reference.halfspace import FreeOperator
 from reference.loads import Load
 from reports.tables.written import rewrite
 
-PAGE = Path(__file__).resolve().parents[1] / "bounds.md"
+PAGE = Path(__file__).resolve().parents[1] / "error-bars.md"
 # The problem sheet as data: one row per problem and quantity, its interval rounded outwards.
 SHEET_FILE = PAGE.with_name("problem-sheet.csv")
 COLUMNS = ("problem", "definition", "quantity", "not below", "not above", "seconds")

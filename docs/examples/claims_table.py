@@ -1,6 +1,6 @@
 """Write the verdicts on the claims into their pages, from stored full runs.
 
-Five sentences stand in README.md, the others in docs/findings.md. The record of the runs comes
+Five sentences stand in README.md, the others in docs/claims.md. The record of the runs comes
 with the package (`STORED`; `roughline claims --stored` writes its page). A run of all claims, or of
 those that are new or changed, is put into it, and what stands between the markers is made anew::
 
@@ -32,7 +32,7 @@ from comparisons.questions.claims.record import (
 from comparisons.questions.claims.wording import error_text, limit_words, value
 
 DOCS = Path(__file__).resolve().parents[1]
-PAGES = (DOCS.parent / "README.md", DOCS / "findings.md")
+PAGES = (DOCS.parent / "README.md", DOCS / "claims.md")
 TEXTS = tomllib.loads((DOCS / "examples" / "claims_pages.toml").read_text(encoding="utf-8"))
 BLOCK = re.compile(r"(<!-- claims (five|known) -->\n).*?(<!-- end of claims -->)", re.DOTALL)
 
@@ -123,7 +123,7 @@ def _with_numbers(text: str, by_id: dict[str, ClaimRecord]) -> tuple[str, list[s
 
 
 class Numbers:
-    """The numbers of a claim, as its sentence in docs/findings.md names them."""
+    """The numbers of a claim, as its sentence in docs/claims.md names them."""
 
     def __init__(self, claim: ClaimRecord) -> None:
         stated = [point for point in claim.points if point.error is not None]
