@@ -150,13 +150,17 @@ def printed(folder: Path) -> Iterator[Row]:
 
 
 def text(made: Table) -> list[list[str]]:
-    """Return the rows of a table for Markdown; case, code and time stand where they change."""
-    body = [[cell.text for cell in one] for one in made.rows]
+    """Return the rows of a table for Markdown, without times and our references.
+
+    Case and code stand where they change.
+    """
+    ours = {title_of(name) for name in (*OURS, "fem")} - {title_of("reduced")}
+    shown = [[cell.text for cell in one] for one in made.without("time").rows]
+    body = [one for one in shown if one[1] not in ours]
     for upper, lower in reversed(list(pairwise(body))):
-        if (lower[:2], lower[-1]) == (upper[:2], upper[-1]):
-            lower[1] = lower[-1] = ""
+        lower[1] = "" if lower[:2] == upper[:2] else lower[1]
         lower[0] = "" if lower[0] == upper[0] else lower[0]
-    return [[head.text for head in made.heads], *body]
+    return [[head.text for head in made.without("time").heads], *body]
 
 
 if __name__ == "__main__":
