@@ -54,6 +54,17 @@ def needed(value: T | None, reason: str) -> T:
     return value
 
 
+ONLY_INDENTERS = "for single indenters on a plane"
+
+
+def ball_radius(scene: Scene) -> float:
+    """Return the radius of the ball that presses; refuse a scene without one."""
+    indenter = needed(scene.indenter, ONLY_INDENTERS)
+    if indenter.shape not in ("sphere", "paraboloid"):
+        raise Refused("for spheres and paraboloids only")
+    return float(indenter.parameters["radius"])
+
+
 class Solver(Generic[G]):
     """A method on one scene.
 

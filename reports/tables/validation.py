@@ -18,7 +18,6 @@ from comparisons.questions.calibration_cases import (
     summary,
 )
 from comparisons.questions.claims.record import ClaimRecord, ClaimsRecord, PointRecord
-from comparisons.questions.hard_cases.case import HardCasesRecord, OutcomeRecord
 from reports.plots.claims import detail
 from reports.plots.style import look
 from reports.tables import cells
@@ -27,6 +26,7 @@ from reports.tables.cells import Cell, Head, Table, table
 if TYPE_CHECKING:
     from comparisons.questions.benchmarks.yardstick import Measurement
     from comparisons.questions.check import Finding  # a page of results needs no solver
+    from comparisons.questions.hard_cases.case import HardCasesRecord, OutcomeRecord
 
 NAN = float("nan")
 MET = {None: "", True: "met", False: "not met"}

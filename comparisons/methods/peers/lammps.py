@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.methods.peers.live import Code, LiveCode
-from comparisons.methods.plasticity.indentation import tables_of
 from comparisons.methods.solver import Refused, needed
 from comparisons.scene.loading import loads_of
 from comparisons.tasks.solution import Solution
@@ -99,7 +98,7 @@ class LammpsMdr(LammpsLaw):
     physics = frozenset({"plasticity"})
 
     def _refuse_unfit(self) -> None:
-        _, self.plasticity = tables_of(self.scene)
+        self.plasticity = needed(self.scene.plasticity, "no [plasticity]")
         if self.plasticity.hardens:
             raise Refused("the law is perfectly plastic")
         if float(loads_of(self.scene).values.max()) >= self.radius:

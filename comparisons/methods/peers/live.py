@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.isolation import child, parent
 from comparisons.machine import MEMORY_SHARE, free_memory
-from comparisons.methods.plasticity.indentation import ONLY_INDENTERS, radius_of
-from comparisons.methods.solver import Refused, Solver, needed
+from comparisons.methods.solver import Refused, Solver, ball_radius
 from comparisons.scene.loading import loads_of
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
@@ -98,7 +97,7 @@ class LiveCode(Solver[IndenterGeometry]):
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        self.radius = radius_of(needed(scene.indenter, ONLY_INDENTERS))
+        self.radius = ball_radius(scene)
         if loads_of(scene).control != self.control:
             raise Refused(self.wants)
         self._refuse_unfit()

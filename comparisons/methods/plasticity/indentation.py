@@ -18,7 +18,7 @@ from comparisons.formatting import with_unit
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.methods.normal.closed_form import FormSolver
 from comparisons.methods.normal.reduced import ProfileSolver, line_picture
-from comparisons.methods.solver import Refused, Solver, needed
+from comparisons.methods.solver import ONLY_INDENTERS, Refused, Solver, ball_radius, needed
 from comparisons.scene.indenters.indenter import Indenter
 from comparisons.scene.indenters.not_round import Ellipsoid
 from comparisons.scene.loading import loads_of
@@ -44,7 +44,6 @@ from reference.plastic.dent_formulas import (
 )
 
 PHYSICS = frozenset({"plasticity"})
-ONLY_INDENTERS = "for single indenters on a plane"
 # Mean pressures over Y at which a contact first yields, and beyond which it is fully plastic.
 FIRST_PRESSURE, _FULL_PRESSURE = 1.07, 2.7
 
@@ -57,13 +56,6 @@ def tables_of(scene: Scene) -> tuple[Indenter, Plasticity]:
     return indenter, needed(scene.plasticity, "no [plasticity]")
 
 
-def radius_of(indenter: Indenter) -> float:
-    """Return the radius of a ball."""
-    if indenter.shape not in ("sphere", "paraboloid"):
-        raise Refused("for spheres and paraboloids only")
-    return float(indenter.parameters["radius"])
-
-
 def depth_of_yield(scene: Scene) -> float:
     """Return the penetration at which an indenter first makes the half-space yield.
 
@@ -74,7 +66,7 @@ def depth_of_yield(scene: Scene) -> float:
     nu, modulus = scene.poisson_ratio, scene.effective_modulus
     if not isinstance(indenter, Ellipsoid):
         pressure = yield_pressure(nu) * plasticity.yield_stress
-        return yield_depth(radius_of(indenter), modulus, pressure)
+        return yield_depth(ball_radius(scene), modulus, pressure)
     form = ellipsoid(indenter.radius_x, indenter.radius_y, modulus)
     narrow, wide = sorted(float(np.asarray(axis)) for axis in form.semi_axes(1.0))
     largest = 1.5 * float(form.force(1.0)) / (np.pi * narrow * wide)  # goes with the depth's root
@@ -135,7 +127,7 @@ class ReducedPlasticity(ProfileSolver):
         self.ball = None
         if self.plasticity.model == "zunker_kamrin":
             self.ball = ZunkerKamrin(
-                radius_of(indenter),
+                ball_radius(scene),
                 self.modulus,
                 self.plasticity.yield_stress,
                 sphere=indenter.shape == "sphere",
@@ -254,11 +246,11 @@ class FittedBall(Solver[IndenterGeometry]):
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        indenter, plasticity = tables_of(scene)
+        _, plasticity = tables_of(scene)
         if plasticity.hardens:
             raise Refused("fitted without hardening")
         ball = FlattenedBall(
-            radius_of(indenter),
+            ball_radius(scene),
             scene.effective_modulus,
             scene.poisson_ratio,
             plasticity.yield_stress,
