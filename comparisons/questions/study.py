@@ -250,7 +250,7 @@ class Study(Campaign[None, StudyRecord]):
 
     def solved(self, plan: Plan) -> Solved:
         """Return the solutions of a plan for which all blocks of realisations are done."""
-        return _joined(plan, self.solution)
+        return _joined(plan, self._solutions)
 
 
 def solved_in_memory(
@@ -268,7 +268,7 @@ def solved_in_memory(
         for task in wider.tasks:
             if task.key not in solutions:
                 solutions[task.key] = solve_task(task)
-        return _joined(wider, lambda task: solutions[task.key])
+        return _joined(wider, solutions)
 
     plan = enlarged(plan, solved(plan), effort)
     if effort == "full" or enough is not None:
@@ -289,14 +289,13 @@ def _finest(plans: Iterable[Plan]) -> dict[tuple[str, str], int]:
     }
 
 
-def _joined(plan: Plan, solution: Callable[[Task], Solution | None]) -> Solved:
+def _joined(plan: Plan, solutions: Mapping[str, Solution]) -> Solved:
     """Return the solutions of the settings all of whose blocks of realisations have one."""
-    solved: Solved = {}
-    for setting, tasks in plan.settings.items():
-        blocks = [s for s in map(solution, tasks) if s is not None]
-        if len(blocks) == len(tasks):
-            solved[setting] = Solution.concat(blocks, axis=REALISATIONS)
-    return solved
+    return {
+        setting: Solution.concat([solutions[task.key] for task in tasks], axis=REALISATIONS)
+        for setting, tasks in plan.settings.items()
+        if all(task.key in solutions for task in tasks)
+    }
 
 
 def solve_task(task: Task, *, finest: bool = True, every_field: bool = False) -> Solution:

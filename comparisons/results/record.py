@@ -42,6 +42,7 @@ from comparisons.results.rows import NO_ROWS, Rows
 from comparisons.scene.half_space import DEPTH_KEYS
 from comparisons.scene.loading import PATHS
 from comparisons.scene.physics.tables import TABLES
+from comparisons.scene.scene import Scene, SceneError, make_scene
 from comparisons.solving.plan_record import PlanRecord
 from comparisons.tasks.shown_loads import NAMES, at_step, stored_steps
 from comparisons.tasks.stresses import FROM_PRESSURE
@@ -173,6 +174,14 @@ class SceneRecord:
         except tomllib.TOMLDecodeError:
             return {"text": self.text}
 
+    @cached_property
+    def scene(self) -> Scene | None:
+        """The scene that `text` describes; None where it is none."""
+        try:
+            return make_scene(dict(self.tables), self.name, Path())
+        except SceneError:
+            return None
+
     @property
     def along(self) -> str:
         """The column along which steps are compared."""
@@ -232,9 +241,11 @@ class SceneRecord:
         """Tell whether a setting is the reference itself."""
         return (method, resolution) == (self.reference.method, self.reference.resolution)
 
+    @once
     def resolutions_run(self, method: str) -> list[float]:
         """Return the resolutions at which a method was run, ascending."""
-        return sorted(level for name, level in self._by_setting if name == method)
+        level = self.rows["resolution"][self.rows["method"] == method]
+        return sorted(set(level[np.isfinite(level)].tolist()))
 
     @once
     def resolutions_judged(self, method: str) -> list[int]:
@@ -265,11 +276,6 @@ class SceneRecord:
         return self.rows.where(self.rows["converged"] & np.isfinite(self.rows["step"]))
 
     @cached_property
-    def _solved_by_method(self) -> dict[str, Rows]:
-        names = self.solved["method"]
-        return {name: self.solved.where(names == name) for name in dict.fromkeys(names)}
-
-    @cached_property
     def steps(self) -> int:
         """How many load steps were planned, whether any method solved them or none."""
         step = self.rows["step"]
@@ -280,23 +286,16 @@ class SceneRecord:
         """Whether one load was planned: nothing is drawn over loads, and no step is named."""
         return self.steps == 1
 
+    @once
     def solved_rows(self, method: str) -> Rows:
         """Return the converged load steps of one method."""
-        return self._solved_by_method.get(method, NO_ROWS)
+        return self.solved.where(self.solved["method"] == method)
 
-    @cached_property
-    def _by_setting(self) -> dict[tuple[str, float], Rows]:
-        names, level = self.rows["method"], self.rows["resolution"]
-        settings = dict.fromkeys(zip(names, level.tolist(), strict=True))
-        return {
-            (name, n): self.rows.where((names == name) & (level == n))
-            for name, n in settings
-            if np.isfinite(n)
-        }
-
+    @once
     def setting_rows(self, method: str, resolution: float) -> Rows:
         """Return all rows of a method at a resolution, solved or lost."""
-        return self._by_setting.get((method, float(resolution)), NO_ROWS)
+        rows = self.rows
+        return rows.where((rows["method"] == method) & (rows["resolution"] == resolution))
 
     @once
     def curve(self, method: str, resolution: float | None = None) -> Rows:

@@ -98,7 +98,7 @@ def curve(scene: SceneRecord, across: str, up: str) -> Figure | None:
         names = tuple((float(place), point.look.label) for place, point in enumerate(points))
         return Figure(
             f"curve-{up}",
-            _sentence(quantity(up).label),
+            fmt.capitalised(quantity(up).label),
             "One value of the whole scene, by each method at its finest resolution.",
             Axis("", limits=(-0.5, len(points) - 0.5), ticks=names),
             value_axis(up, np.concatenate([point.y for point in points]), log=False),
@@ -125,7 +125,7 @@ def curve(scene: SceneRecord, across: str, up: str) -> Figure | None:
         series.append(Series(way, x0, y0, line=False, legend=False, size=12, directed=True))
     return Figure(
         f"curve-{up}",
-        _sentence(f"{name.label} against {quantity(across).label}"),
+        fmt.capitalised(f"{name.label} against {quantity(across).label}"),
         _caption(scene, up, _apart(drawn)),
         value_axis(across, x, log, edges if up == scene.control else ()),
         value_axis(up, y, upright, () if up == scene.control else edges),
@@ -153,7 +153,7 @@ def difference(scene: SceneRecord, across: str, up: str) -> Figure | None:
     scale = fmt.Scale(100.0, "%") if apart >= 1e-4 else fmt.Scale(1e6, "ppm")
     return Figure(
         f"difference-{up}",
-        _sentence(f"{name.label}: relative difference from the reference"),
+        fmt.capitalised(f"{name.label}: relative difference from the reference"),
         "What parts the curves: each method at its finest resolution, at equal "
         f"{quantity(across).label}. Light band, if any: uncertainty of the reference.",
         value_axis(across, x, wants_log(loads)),
@@ -163,10 +163,6 @@ def difference(scene: SceneRecord, across: str, up: str) -> Figure | None:
         (Level(0.0),),
         quantity=up,
     )
-
-
-def _sentence(text: str) -> str:
-    return text[0].upper() + text[1:]
 
 
 def _coincide(apart: float) -> bool:

@@ -111,7 +111,7 @@ def distributions(scene: SceneRecord) -> list[Figure]:
         figures.append(
             Figure(
                 f"distribution-{name}",
-                f"{row.label[0].upper()}{row.label[1:]}",
+                fmt.capitalised(row.label),
                 f"Density{at_last_load(scene)}, mean over surfaces or lines, normalised."
                 + law * (name in AT_ZERO),
                 replace(value_axis(name, x, log=True), quantity="", title=title, symbol=symbol),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
@@ -20,7 +19,7 @@ from comparisons.results.record import SceneRecord, once
 from comparisons.results.rows import Rows
 from comparisons.scene.fields import WithUnit
 from comparisons.scene.loading import LoadRange
-from comparisons.scene.scene import Scene, SceneError, make_scene
+from comparisons.scene.scene import Scene
 from comparisons.tasks.stresses import FROM_PRESSURE
 from reports.tables.scene import stresses
 
@@ -63,10 +62,9 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
     highest pressure that the reference found, with the largest von Mises stress inside; of rough
     surfaces the reduced load F/(E* A0 h'), and below which yield stress they are plastic.
     """
-    try:
-        body = make_scene(dict(scene.tables), scene.name, Path())
-    except SceneError:
-        return _loads(scene)  # of a text that is no scene
+    body = scene.scene
+    if body is None:
+        return _loads(scene)
     surface, indenter = scene.plan.roughness, body.indenter
     nominal = surface.area if surface else indenter.face_area if indenter else None
     lines = list(_bodies(body))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -16,7 +15,6 @@ from comparisons.methods.normal.closed_form import form_of, form_pressure
 from comparisons.results.advice import advise
 from comparisons.results.record import MEAN, SceneRecord
 from comparisons.results.rows import Rows
-from comparisons.scene.scene import SceneError, make_scene
 from comparisons.tasks.shown_loads import at_step, stored_steps
 from comparisons.tasks.stresses import FROM_PRESSURE, pressure_quantities
 from reference.halfspace.areas import corrected_area, patches
@@ -101,10 +99,9 @@ def stresses(
 
     Of a closed form, or from the field that it has stored; nothing where it has none.
     """
-    try:
-        body = make_scene(dict(scene.tables), scene.name, Path())
-    except SceneError:
-        return {}  # of a text that is no scene
+    body = scene.scene
+    if body is None:
+        return {}
     curve = scene.curve(method)
     here = curve.where(curve["step"] == step)
     # Of rough surfaces the report has a figure of the stresses below; large maps are stored as
@@ -173,7 +170,7 @@ def spots(scene: SceneRecord) -> list[Table]:
             scaled = [value * factor for value, factor in zip(row, factors, strict=True)]
             body.append([cells.number(fmt.number(value), value) for value in scaled])
             body[-1][1] = cells.relative(row[1])
-        note = f"{label[0].upper()}{label[1:]}: " if label else ""
+        note = f"{fmt.capitalised(label)}: " if label else ""
         note += (
             f"{fmt.count(count)} contacts, the largest {len(body)} by area. {leading.label}. Cells "
             f"that share a side are one contact; x, y: its highest pressure. {how}"
@@ -375,4 +372,4 @@ def load_steps(scene: SceneRecord) -> Table:
     columns.append([cells.count(v) for v in rows["iterations"]])
     note = f"The first {MOST_ROWS} of {total} rows; " if total > MOST_ROWS else ""
     note += "all rows, realisations and columns are in results.csv."
-    return Table(tuple(heads), tuple(zip(*columns, strict=True)), note=note[0].upper() + note[1:])
+    return Table(tuple(heads), tuple(zip(*columns, strict=True)), note=fmt.capitalised(note))

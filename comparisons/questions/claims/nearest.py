@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,7 +24,7 @@ from comparisons.questions.claims.record import HOLDS, STORED, load_claims_recor
 from comparisons.results.record import SceneRecord
 from comparisons.scene.indenters.punches import EllipticPunch, RightAngledPunch
 from comparisons.scene.loading import AbsoluteLoads, loads_of
-from comparisons.scene.scene import Scene, builtin_names, load_scene, make_scene
+from comparisons.scene.scene import Scene, builtin_names, load_scene
 from comparisons.scene.surface import SelfAffine
 from reference.closed_form import sphere
 from reference.closed_form.adhesive import maugis_parameter
@@ -212,10 +211,10 @@ def _decided(record: Measured, stretch: Stretch, tolerance: float) -> tuple[Poin
 
 def nearest_to(record: SceneRecord) -> list[Nearest]:
     """Return the same of a scene that was solved; none of its files is read again."""
-    if "body" in record.tables or not record.quantities:
+    scene, surface = record.scene, record.plan.roughness
+    if scene is None or scene.body is not None or not record.quantities:
         return []
     try:
-        scene, surface = make_scene(dict(record.tables), record.name, Path()), record.plan.roughness
         # A0 and h' as the surface was made; NaN where they are not known
         area, slope = (surface.area or np.nan, surface.rms_slope) if surface else (np.nan, np.nan)
         per_area = scene.effective_modulus * slope
