@@ -123,18 +123,17 @@ def prefix_for(values: Iterable[object] | object, unit: str, digits: int = 3) ->
     else:
         items = np.asarray(values, dtype=object).ravel()
         largest = max((abs(float(item)) for item in items if finite(item)), default=0.0)
-    if not unit or largest == 0.0:
-        return Scale(1.0, _superscript(unit))
-    dimension = {"m2": 2, "m3": 3}.get(unit, 1)
     # 0.019 µm² reads better than 19 000 nm².
-    slack = {1: 0, 2: 2, 3: 1}[dimension]
+    dimension, slack, written = {"m2": (2, 2, "m²"), "m3": (3, 1, "m³")}.get(unit, (1, 0, unit))
+    if not unit or largest == 0.0:
+        return Scale(1.0, written)
     # The prefix must fit what is printed: 999.9996 is written as 1000.
     printed = float(f"{largest:.{digits - 1}e}")
     step = math.floor((round(math.log10(printed), 9) + slack) / (3 * dimension))
     step = min(max(step, min(_PREFIXES)), max(_PREFIXES))
     if unit in {"s", "B"}:
         step = min(step, 0) if unit == "s" else max(step, 0)
-    return Scale(10.0 ** (-3 * dimension * step), _PREFIXES[step] + _superscript(unit))
+    return Scale(10.0 ** (-3 * dimension * step), _PREFIXES[step] + written)
 
 
 def with_unit(value: object, unit: str, digits: int = 3) -> str:
@@ -328,6 +327,11 @@ def listed(names: Sequence[str]) -> str:
     return f"{', '.join(names[:-1])} and {names[-1]}"
 
 
+def capitalised(text: str) -> str:
+    """Return a text that begins with a capital letter."""
+    return text[:1].upper() + text[1:]
+
+
 def memory(value: object) -> str:
     """Write bytes with a decimal prefix.
 
@@ -355,10 +359,6 @@ def _relative_unit(size: float) -> tuple[float, str]:
 
 def _join(text: str, unit: str) -> str:
     return f"{text}{THIN}{unit}" if unit else text
-
-
-def _superscript(unit: str) -> str:
-    return unit.replace("m2", "m²").replace("m3", "m³")
 
 
 def greek(text: str) -> str:

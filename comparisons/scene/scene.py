@@ -361,7 +361,7 @@ def load_scene(
     """
     if isinstance(source, Scene) and not overrides:
         return source
-    return _scene(*_read(source), overrides)
+    return make_scene(*_read(source), overrides)
 
 
 def load_scenes(
@@ -395,7 +395,7 @@ def load_scenes(
         }
         if isinstance(name, str):
             changes["name"] = member(name, value)
-        scenes.append(_scene(deepcopy(data), f"{origin}, {path} = {value}", folder, changes))
+        scenes.append(make_scene(deepcopy(data), f"{origin}, {path} = {value}", folder, changes))
     return scenes
 
 
@@ -467,18 +467,7 @@ def parse_scene(
         data = parse_toml(text)
     except ValueError as error:
         raise SceneError(source, [str(error)]) from error
-    return _scene(data, source, directory, overrides)
-
-
-def _scene(
-    data: dict[str, Any], source: str, directory: Path, overrides: Mapping[str, Any] | None
-) -> Scene:
-    swept = data.get("sweep")
-    for path, value in as_changes(overrides).items():
-        override(data, path, deepcopy(value))
-        if isinstance(swept, dict) and not isinstance(swept.get(path), list):
-            swept.pop(path, None)  # a scene of a sweep that is changed in its key leaves it
-    return make_scene(data, source, directory)
+    return make_scene(data, source, directory, overrides)
 
 
 def as_changes(given: Any) -> dict[str, Any]:
@@ -510,8 +499,15 @@ def _item(values: Any, key: str) -> Any:
     return None
 
 
-def make_scene(data: dict[str, Any], source: str, directory: Path) -> Scene:
-    """Validate the tables of a scene, listing all problems at once."""
+def make_scene(
+    data: dict[str, Any], source: str, directory: Path, overrides: Mapping[str, Any] | None = None
+) -> Scene:
+    """Change the tables of a scene and validate them, listing all problems at once."""
+    swept = data.get("sweep")
+    for path, value in as_changes(overrides).items():
+        override(data, path, deepcopy(value))
+        if isinstance(swept, dict) and not isinstance(swept.get(path), list):
+            swept.pop(path, None)  # a scene of a sweep that is changed in its key leaves it
     problems = table_problems(data)
     filled = with_defaults(with_material(data))
     try:
@@ -525,11 +521,11 @@ def make_scene(data: dict[str, Any], source: str, directory: Path) -> Scene:
         raise SceneError(source, problems) from error
     own = {path: value for path, value in scene.sweep.items() if path != PREPARATION}
     for path, value in own.items():  # a scene of a sweep has the value that is its own
-        swept = deepcopy(filled)
-        override(swept, path, value)
+        single = deepcopy(filled)
+        override(single, path, value)
         same = False
         with suppress(ValidationError):
-            same = validated({**swept, "directory": str(directory)}) == scene
+            same = validated({**single, "directory": str(directory)}) == scene
         if not same:
             problems.append(f"sweep.{path}: expected a list of values, got {value!r}")
     if problems:
