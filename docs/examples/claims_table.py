@@ -17,8 +17,6 @@ from collections import Counter
 from pathlib import Path
 
 from comparisons.files import write_text
-from comparisons.formatting import duration
-from comparisons.machine import machine_text
 from comparisons.questions.claims.claim import Claim, load_claims
 from comparisons.questions.claims.record import (
     STORED,
@@ -95,9 +93,7 @@ def rendered(record: ClaimsRecord, kind: str) -> str:
         lines.append(f"- {sentence} ({verdicts})")
     if kind == "five":
         return "\n".join(lines) + "\n"
-    origin = f"(From stored full runs, {duration(record.seconds)} of solves in all, "
-    origin += f"{machine_text(record.machine)}.)"
-    return "\n".join(lines) + f"\n\n{tally(record)} {origin}\n"
+    return "\n".join(lines) + f"\n\n{tally(record)}\n"
 
 
 def _with_numbers(text: str, by_id: dict[str, ClaimRecord]) -> tuple[str, list[str]]:
