@@ -74,6 +74,8 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
             said += f"; ± of {fmt.listed(sources)} alone"
         if surface and surface.skewness is not None:
             said += "; how the map was prepared may move them more (--sensitivity)"
+        elif surface and body.realisations == 1:
+            said += "; of one surface: others of this spectrum may differ by more"
         lines.append((TRUE_VALUES, said))
     lines += _loads(scene, nominal)
     rows = _reference_curve(scene)
@@ -88,7 +90,7 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
         text = fmt.with_unit(most["pressure_peak"], "Pa")
         text += " (singular where a contact reaches the patch's edge)" if edged else ""
         lines.append((f"highest pressure{which}", text))
-    if "von_mises_max" in most:
+    if fmt.finite(most.get("von_mises_max")):
         stress = fmt.with_unit(most["von_mises_max"], "Pa")
         depth = fmt.with_unit(most["von_mises_depth"], "m")
         text = f"{stress}, {depth} below the surface: elastic only if the yield stress is higher"

@@ -251,6 +251,16 @@ def test_rough_contacts_tell_which_steel_yields(of, slope, stated, yields):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("surfaces", "said"), [(1, True), (2, False)])
+def test_true_values_of_one_surface_say_that_its_spectrum_has_others(of, surfaces, said):
+    """The bar of a single surface is that of the grid, and surfaces scatter by more."""
+    several = f"periodic = true\nrealisations = {surfaces}\n[loading]"
+    text = ROUGH.replace("SLOPE", "0.1").replace("[loading]", several)
+    told = of(text, ["reduced", "bem_fft"])["true values by"]
+    assert ("others of this spectrum" in told) is said
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(("load", "sinks"), [(3.0, True), (0.003, False)])
 def test_the_stiffness_of_a_patch_that_sinks_in_as_a_whole_is_told(of, load, sinks):
     """A square punch is stiffer than a round one of the same area by some 1 %, in cells by 2."""
