@@ -37,6 +37,10 @@ from reference.loads import Load
 
 # Cells of the grid per element along a contact radius: it covers the geometric overlap.
 COVERED = 1.45
+# Gaps beyond so many penetrations count as these: none of them closes, and the pressure functions
+# of quadratic elements have both signs, so that an edge that rises steeply within an element would
+# be a negative gap on the flat face beside it.
+WIDEST = 2.0
 
 
 class FemPair(FemSolver[IndenterGeometry]):
@@ -82,6 +86,9 @@ class FemPair(FemSolver[IndenterGeometry]):
         solution = super().solve(task)
         return replace(solution, contact="pair") if solution.contact == "single" else solution
 
+    def _gap(self, widest: float, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        return np.minimum(self.indenter.gap(x, y), widest)
+
     def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
         """Condense and couple both bodies once."""
         tables = self.scene.half_space, self.counter_body
@@ -99,7 +106,8 @@ class FemPair(FemSolver[IndenterGeometry]):
                     raise NoAnswerError(geometry.unreached.get(step, "no estimate of its contact"))
                 scaled = pair.scaled(size)
                 load = Load(task.loads.control, task.loads.values[step])
-                (contact,) = scaled.press(self.indenter.gap, load)
+                widest = WIDEST * geometry.penetrations[step]
+                (contact,) = scaled.press(partial(self._gap, widest), load)
                 body, area = scaled.combined, contact.contact_area
                 if self.indenter.axisymmetric:
                     area = round_area(body, contact)

@@ -178,6 +178,20 @@ def test_finite_elements_find_the_sum_by_meshing_both_bodies(solved, coupling, t
 
 
 @pytest.mark.slow
+def test_a_rounded_edge_within_an_element_does_not_lift_the_face_beside_it(solved):
+    """Nearly a flat punch, d = F/(2 E* a), on elements of which the edge is a hundredth.
+
+    Weights of both signs turned its height into a negative gap of the face, half of this d.
+    """
+    radius, force = 3.5e-3, 10.0
+    punch = {"shape": "rounded_punch", "flat_radius": radius, "edge_radius": 0.5e-3}
+    pressed = scene(indenter=punch, loading={"force": [force, 10 * force]})
+    penetration = solved(pressed, "fem", 3).quantities["penetration"][0]
+    flat = np.array([force, 10 * force]) / (2 * COMBINED * radius)
+    np.testing.assert_allclose(penetration, flat, rtol=0.05)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("stiffer", [1.0, 3.0])
 def test_bars_of_two_meshed_bodies_reach_hertz(solved, stiffer):
     """Their meshes are not fitted to the contact: at 4 elements the stiffness errs by 2 %."""
