@@ -90,7 +90,7 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
         text = fmt.with_unit(most["pressure_peak"], "Pa")
         text += " (singular where a contact reaches the patch's edge)" if edged else ""
         lines.append((f"highest pressure{which}", text))
-    if fmt.finite(most.get("von_mises_max")):
+    if fmt.finite(most.get("von_mises_max")) and "von_mises_depth" in most:
         stress = fmt.with_unit(most["von_mises_max"], "Pa")
         depth = fmt.with_unit(most["von_mises_depth"], "m")
         text = f"{stress}, {depth} below the surface: elastic only if the yield stress is higher"
@@ -243,9 +243,12 @@ def true_value(scene: SceneRecord, name: str, *, nominal: float | None = None) -
     if nominal:
         unit = "Pa" if name == "force" else ""
     text = _range(values, unit)
-    if scene.reference.exact or name == scene.control:
+    bars = scene.reference.known_to(name)
+    if scene.reference.exact:
+        bars = bars[bars > fmt.ROUND_OFF]
+    if name == scene.control or (scene.reference.exact and not len(bars)):
         return text
-    if len(bars := scene.reference.known_to(name)):
+    if len(bars):
         return f"{text} ± {fmt.relative_range(bars)}"
     return f"{text} ± ?" if name in scene.quantities else text
 

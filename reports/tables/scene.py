@@ -26,6 +26,7 @@ from reports.tables import cells
 from reports.tables.cells import Cell, Head, Table
 
 MOST_ROWS, MOST_SPOTS = 400, 10
+LEFT_OPEN = 0.2  # a stress is not told from this share on of it that is not known
 OF_MEANS = (
     "Of random surfaces the errors are those of means, and a time is that of all solves that the "
     "mean stands on."
@@ -97,7 +98,8 @@ def stresses(
 ) -> dict[str, float]:
     """Return the peak pressure, and below indenters the stresses, of a method at a load step.
 
-    Of a closed form, or from the field that it has stored; nothing where it has none.
+    Of a closed form, or from the field that it has stored; nothing where it has none, and without
+    what its cells leave open: the stress below an edge of a hundredth of a cell.
     """
     body = scene.scene
     if body is None:
@@ -119,7 +121,7 @@ def stresses(
             fields = at_step(fields, step) if step in stored_steps(fields) else {}
     names = FROM_PRESSURE & asked if body.indenter else {"pressure_peak"}
     read = pressure_quantities(body, names, fields) if "pressure" in fields else {}
-    return {name: known.value for name, known in read.items()}
+    return {name: known.value for name, known in read.items() if not known.bar > LEFT_OPEN}
 
 
 def spots(scene: SceneRecord) -> list[Table]:

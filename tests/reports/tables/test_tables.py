@@ -162,6 +162,17 @@ def test_the_area_of_a_flat_face_is_given_and_has_no_bar(of):
     assert "±" in told["force"]
 
 
+def test_stresses_below_a_sharp_edge_are_known_badly_and_say_so(of):
+    """An edge of 5 um leaves no stress to cells of a hundredth of the face; d is exact."""
+    punch = BALL.replace('"paraboloid"', '"rounded_punch"').replace(
+        'radius = "10 mm"', 'flat_radius = "3.5 mm"\nedge_radius = "0.5 mm"'
+    )
+    told = of(punch + '[compare]\nquantities = ["penetration", "force", "von_mises_max"]\n')
+    assert "von Mises' stress" not in told
+    assert "±" in told["largest von Mises stress inside"]
+    assert "±" not in told["force"]
+
+
 def test_what_a_method_does_not_compute_is_no_part_of_its_answer(tmp_path):
     """Springs of an ellipsoid have no pressure; those of a paraboloid have."""
     scenes = ["paraboloid", "ellipsoid-2"]
