@@ -214,6 +214,11 @@ def _verdicts(
             "steps": len(plan.loads.values),
         }
         asked: dict[str, Any] = {"quantity": name, "at": at, "tolerance": tolerance, "rms": rms}
+        lost = ~np.isfinite(error)
+        if 0 < lost.sum() < lost.size:
+            lacking = "relative error" if np.isfinite(curves[name][lost]).any() else "answer"
+            loads = "loads" if quantity(at).load else "steps"
+            asked["reason"] = f"no {lacking} at {lost.sum()} of {lost.size} {loads}"
         return Verdict(**decided, **setting, **asked, **more)
 
     if set(plan.compared) & set(FIELDS):

@@ -83,7 +83,7 @@ class Verdict(Judgement):
     ratio: bool = True
     rms: Number = NAN  # root mean square of e over the load steps
     steps: int = 0  # how many load steps there are; of a single one none is named
-    reason: str = ""  # why there is no result
+    reason: str = ""  # why there is no result, or at how many load steps none
     # False for a quantity that the scene's solutions cannot answer for any method.
     counts: bool = True
     # False for a quantity that this method does not compute: a dash, no verdict on the method.
@@ -121,6 +121,11 @@ class Verdict(Judgement):
     def number(self) -> str:
         """The error with its bar, as everything prints it."""
         return fmt.plus_minus(self.error, self.uncertainty, signed=self.signed, ratio=self.ratio)
+
+    @property
+    def lacking(self) -> str:
+        """What follows the error where some load steps have none; "" where all have one."""
+        return f", {self.reason}" if self.reason and self.word != NO_RESULT else ""
 
     @property
     def has_step(self) -> bool:
@@ -166,7 +171,9 @@ class Verdict(Judgement):
             return f"|e| + u = {most} ≤ {limit}"
         if self.word == OUTSIDE:
             return f"|e| − u = {least} > {limit}"
-        unknown = "u is not known" if not fmt.finite(self.high) else f"{limit} < |e| + u = {most}"
+        unknown = self.reason or "u is not known"
+        if fmt.finite(self.high):
+            unknown = f"{limit} < |e| + u = {most}"
         return f"|e| − u = {least} ≤ {limit}, but {unknown}" if fmt.finite(self.low) else unknown
 
     @property
@@ -175,7 +182,8 @@ class Verdict(Judgement):
         label = quantity(self.quantity).label
         if self.word == NO_RESULT:
             return f"{label}: {self.reason}"
-        return f"{label} {self.number}" + (f" at {self.when}" if self.when else "")
+        when = f" at {self.when}" if self.when else ""
+        return f"{label} {self.number}{when}{self.lacking}"
 
 
 def worst(items: Iterable[Verdict], *, asked: bool = False) -> Verdict:

@@ -9,6 +9,8 @@ from functools import partial
 from pathlib import Path
 from typing import ClassVar, Unpack
 
+import numpy as np
+
 from comparisons.errors import ResultsError
 from comparisons.facts.methods import METHODS
 from comparisons.files import write_arrays
@@ -228,7 +230,13 @@ class Study(Campaign[None, StudyRecord]):
             if solution is None:
                 missing.append((task, "not done"))
             elif not solution.converged.all():
-                missing.append((task, next(iter(solution.reasons.values()), "no answer")))
+                reason = next(iter(solution.reasons.values()), "no answer")
+                lost = np.flatnonzero(~solution.converged.all(axis=0))
+                count = solution.converged.shape[1]
+                if len(lost) < count:
+                    first = f"the first is load step {lost[0] + 1}"
+                    reason = f"{len(lost)} of {count} loads, {first}: {reason}"
+                missing.append((task, reason))
         return missing
 
     def solution(self, task: Task) -> Solution | None:

@@ -243,8 +243,9 @@ def largest_error(scene: SceneRecord, verdict: Verdict) -> str:
         own = (rows["step"] == verdict.step) & (rows["resolution"] == verdict.resolution)
         loads = rows[along][own]
         if len(loads) and fmt.finite(loads[0]):
-            return f"{text} at {symbol(along)} = {fmt.with_unit(loads[0], quantity(along).unit)}"
-    return f"{text} at {verdict.when}" if verdict.when else text
+            text += f" at {symbol(along)} = {fmt.with_unit(loads[0], quantity(along).unit)}"
+            return text + verdict.lacking
+    return (f"{text} at {verdict.when}" if verdict.when else text) + verdict.lacking
 
 
 def _cost(group: list[_Standing]) -> str:

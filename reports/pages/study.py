@@ -21,7 +21,7 @@ from comparisons import formatting as fmt
 from comparisons.facts.methods import CLOSED_FORM, MODEL, ours, title_of
 from comparisons.facts.quantities import in_order, quantity
 from comparisons.files import write_text
-from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN, Verdict
+from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN, Verdict, worst
 from comparisons.results.advice import ITSELF, Advice, Setting, advise, truth_known_to
 from comparisons.results.finding import answers, deciding, family, largest_error, methods_of, symbol
 from comparisons.results.record import SceneRecord, StudyRecord
@@ -103,6 +103,7 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
         findings={
             method: finding_table(record.scenes, method) for method in methods_of(record.scenes)
         },
+        model=MODEL,
         overview=everything,
         validity=standing,
         swept=swept,
@@ -165,8 +166,8 @@ def scene_view(scene: SceneRecord, anchor: str) -> SimpleNamespace:
     method = scene.reference.method
     truth = look(method, scene).label if method else "none"
     if method and method != CLOSED_FORM:
-        bar, worst = truth_known_to(scene, advice)
-        truth += f" ± {fmt.relative(bar)} in {symbol(worst)}" if worst else " ± ?"
+        bar, widest = truth_known_to(scene, advice)
+        truth += f" ± {fmt.relative(bar)} in {symbol(widest)}" if widest else " ± ?"
     return SimpleNamespace(
         record=scene,
         anchor=anchor,
@@ -177,6 +178,7 @@ def scene_view(scene: SceneRecord, anchor: str) -> SimpleNamespace:
         judged=judged,  # label (none where the model leads) -> quantity -> verdict
         others=others(scene),
         decisive=deciding(scene),
+        decided={label: worst(known.values()) for label, known in judged.items() if known},
         at_other_load=scene.verdicts_at_other_load,
         advice=advice,
         fastest=tuple(advice.reaching()[:MOST_NAMED]),

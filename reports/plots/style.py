@@ -102,10 +102,17 @@ LOOKS |= {
     name: Look(title, colour, Marker(sign, printed), Dash(dash, (0, on_off)), size)
     for name, (title, colour, sign, printed, dash, on_off, size) in _THEORIES.items()
 }
+# A user's methods are grey, too; in the order in which they are first drawn, no two of twelve are
+# alike.
 OUTSIDE_MARKERS = (
     *(Marker("triangle-down", "v"), Marker("bowtie", "8")),
     *(Marker("x", "X"), Marker("cross", "d")),
 )
+OUTSIDE_DASHES = (
+    *(Dash("10px,3px,3px,3px", (0, (7, 2, 2, 2))), Dash("2px,5px", (0, (1, 3)))),
+    Dash("7px,2px,2px,2px,2px,2px", (0, (5, 1, 1, 1, 1, 1))),
+)
+_seen: dict[str, int] = {}
 
 
 def look(method: str, scene: SceneRecord | None = None) -> Look:
@@ -116,9 +123,11 @@ def look(method: str, scene: SceneRecord | None = None) -> Look:
     if method in LOOKS:
         called = "" if scene is None else scene.called(method)
         return LOOKS[method].labelled(called) if called else LOOKS[method]
-    marker = OUTSIDE_MARKERS[sum(method.encode()) % len(OUTSIDE_MARKERS)]
+    place = _seen.setdefault(method, len(_seen))
+    marker = OUTSIDE_MARKERS[place % len(OUTSIDE_MARKERS)]
+    dash = OUTSIDE_DASHES[place % len(OUTSIDE_DASHES)]
     title = METHODS[method].title if method in METHODS else method.replace("_", " ")
-    return Look(title, PEER, marker, OUTSIDE, 8)
+    return Look(title, PEER, marker, dash, 8)
 
 
 def drawing_order(methods: Iterable[str]) -> list[str]:

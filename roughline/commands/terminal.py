@@ -122,7 +122,8 @@ def print_study(
     peers = {name for name, row in METHODS.items() if row.peer}  # their failures are footnotes
     for name, method, resolution, reason in sorted(reasons, key=lambda r: r[1] in peers)[:MANY]:
         style = "dim" if method in peers else "bold"
-        console.print(f"lost: {name} {method} {resolution}: {reason}", style=style, markup=False)
+        setting = f"{name}, {method}, N = {resolution}"
+        console.print(f"lost: {setting}: {reason}", style=style, markup=False)
     if len(reasons) > MANY:
         console.print(f"... and {len(reasons) - MANY} more lost solves", style="bold")
     for table in findings:

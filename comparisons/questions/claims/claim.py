@@ -196,12 +196,12 @@ class Claim(SceneTable):
 def about_method(claims: list[Claim], method: str) -> list[Claim]:
     """Return the claims on scenes as claims about a method other than the reduced model.
 
-    Nothing is expected of this method; claims with experiments are left out. InputError if there is
-    no such method, or no claim applies to it.
+    Nothing is expected of this method, and no theorem is about it; claims with experiments are left
+    out. InputError if there is no such method, or no claim applies to it.
     """
     method = method_named(method)
     about = [
-        claim.model_copy(update={"method": method, "expected": None})
+        claim.model_copy(update={"method": method, "expected": None, "theorem": ""})
         for claim in claims
         if claim.experiment is None and claim.stated.number is None and claim.method == MODEL
     ]

@@ -448,8 +448,19 @@ def test_a_lost_solve_is_code_1_with_the_reason(roughline, ball, monkeypatch):
     assert json.loads(result.out)["converged"] is False
     result = roughline("run", ball, "--out", "out", "--no-pictures")
     assert result.code == 1
-    assert "lost: steel-ball reduced 6: RuntimeError: out of springs" in result.out
+    assert "lost: steel-ball, reduced, N = 6: RuntimeError: out of springs" in result.out
     assert Path("out/report.html").exists()
+
+    class Shallow(ReducedProfile):
+        def solve(self, task):
+            solution = super().solve(task)
+            solution.fail((0, 1), "too deep")
+            return solution
+
+    monkeypatch.setitem(SOLVERS, "reduced", (Shallow,))
+    told = roughline("run", ball, "--out", "shallow", "--no-pictures").out
+    partly = "1 of 2 loads, the first is load step 2: too deep"
+    assert f"lost: steel-ball, reduced, N = 6: {partly}" in told
 
 
 def test_run_writes_everything_into_its_folder_and_is_silent_elsewhere(roughline, tmp_path, ball):

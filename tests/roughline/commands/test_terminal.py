@@ -71,7 +71,7 @@ def test_reasons_and_sentences_are_printed_as_they_are(capsys, plans, record):
     told = capsys.readouterr().out
     assert "ball: [/] truth." in told
     assert "ball: [/red] they differ" in told
-    assert told.count("lost: ball closed_form 1: [/bold] broke") == terminal.MANY  # each once
+    assert told.count("lost: ball, closed_form, N = 1: [/bold] broke") == terminal.MANY  # each once
     assert f"... and {14 - terminal.MANY} more lost solves" in told
 
 

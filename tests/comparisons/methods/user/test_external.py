@@ -372,9 +372,8 @@ def test_claims_are_judged_about_a_method_from_outside(task):
     """Those on scenes; what the chapter's model is expected to do is not expected of it."""
     result = about_method(load_claims(), "other")
     assert result
-    assert {(claim.method, claim.expected, claim.experiment) for claim in result} == {
-        ("other", None, None)
-    }
+    told = {(claim.method, claim.expected, claim.experiment, claim.theorem) for claim in result}
+    assert told == {("other", None, None, "")}
     assert _repeats(result[0], "quick").endswith("--quick --method other --method-file x")
     with pytest.raises(InputError, match="--method: expected one of"):
         about_method(load_claims(), "nobody")
@@ -542,6 +541,41 @@ def test_a_method_of_ones_own_has_its_verdict_beside_the_reduced_model(capsys, t
     assert told.index("Winkler foundation\n") < told.index(row)
     table = page(study, with_pictures=False).split('id="verdict-table"')[1].split("</table>")[0]
     assert table.count("Winkler foundation</a>") == 1
+
+
+def test_where_a_method_has_no_answer_is_told_with_each_of_its_verdicts(tmp_path):
+    """Hertz at light loads, nothing above: no bar is too wide, and no error is known there."""
+    (tmp_path / "shy.py").write_text(
+        "from comparisons.methods import method\n"
+        "@method('shy', title='Shy', resolutions=(1,))\n"
+        "def shy(task, load, realisation):\n"
+        "    if load > task.loads.values[2]:\n"
+        "        raise ValueError('too deep')\n"
+        "    radius = task.scene.indenter.radius\n"
+        "    return {'force': 4 / 3 * task.scene.effective_modulus * radius**0.5 * load**1.5}\n"
+    )
+    registry.add_class(external_work._method(f"file:{tmp_path / 'shy.py'}", "shy"))
+    few = {"compare.methods": ["closed_form", "reduced", "shy"], "compare.quantities": ["force"]}
+    (plan,) = plan_scene(load_scene("paraboloid", few))
+    scene = record_scene(*solved_in_memory(plan, "quick"))
+    (force,) = scene.verdicts_on("shy")
+    reason = f"no answer at {scene.steps - 3} of {scene.steps} loads"
+    assert (force.word, force.reason) == ("not resolved", reason)
+    assert force.text.endswith(reason)
+    assert force.because.endswith(f"but {reason}")
+    study = StudyRecord("2026-01-31T12:00:00", "", "quick", 1.0, {}, {}, (scene,))
+    whole = page(study, with_pictures=False)
+    cells, why = (
+        whole.split(f'id="{table}-table"')[1].split("</table>")[0]
+        for table in ("verdict", "scene-1-why")
+    )
+    assert reason in cells
+    assert "force, Shy</th>" in why
+    assert reason in why
+    assert "Shy against closed form" in whole
+    heading = whole.split('id="scene-1-title"')[1].split("</summary>")[0]
+    assert "reduced model: " in heading
+    assert f"Shy: {force.text}" in heading
 
 
 def test_a_method_that_breaks_while_it_plans_is_an_error_not_a_refusal(monkeypatch):
