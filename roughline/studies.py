@@ -178,7 +178,7 @@ class Study:
         sources = scenes if isinstance(scenes, (list, tuple)) else [scenes]
         self._study = study.Study(
             plan_all(
-                *(sources, overrides, effort, "methods, changes"),
+                *(sources, overrides, effort, {"compare.methods": "methods", "": "changes"}),
                 brought=brought() if methods is None else (),
             ),
             Path(folder),

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from comparisons.facts.methods import BUILT_IN
-from comparisons.methods.registry import SOLVERS
+from comparisons.facts.methods import BUILT_IN, LAWS, METHODS, THEORIES
+from comparisons.methods.registry import SOLVERS, load
 from comparisons.scene.options import MethodOptions
 from roughline import shadowed
 
@@ -56,6 +56,8 @@ def test_every_method_has_a_row_of_facts_solvers_and_options():
     plain = {name for name in BUILT_IN if any(not maker.physics for maker in SOLVERS[name])}
     assert plain == set(BUILT_IN) == {maker.name for name in BUILT_IN for maker in SOLVERS[name]}
     assert list(MethodOptions.model_fields) == list(BUILT_IN)
+    load()  # lists, which import no solver, name all that there are
+    assert {n for n, row in METHODS.items() if not row.user_made} == {*BUILT_IN, *THEORIES, *LAWS}
 
 
 def test_our_own_packages_are_no_foreigners():

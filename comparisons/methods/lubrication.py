@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
-from typing import ClassVar
 
 import numpy as np
 
@@ -287,8 +286,6 @@ class HamrockDowson(Formula):
     """Hamrock & Dowson's fit (1978) of films of soft, isoviscous balls."""
 
     name = "hamrock_dowson"
-    title: ClassVar[str] = "Hamrock-Dowson"
-    dimension = 1
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)

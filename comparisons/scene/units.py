@@ -93,7 +93,7 @@ def to_si(value: object, dimension: Dimension) -> float:
         except InvalidOperation as error:
             raise ValueError(_expectation(dimension)) from error
         exponent, unit = _unit(match[2], dimension)
-        if unit != dimension:
+        if unit != dimension and (number or match[2]):  # zero needs no unit
             raise ValueError(f"expected a unit of {dimension}, got one of {unit}")
         if abs(number.adjusted()) > _LARGEST_EXPONENT:
             raise ValueError("expected a number within the range of floats")

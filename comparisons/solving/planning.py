@@ -257,21 +257,30 @@ def _refusal(draft: Plan, name: str, solver: Solver[Any], resolution: int) -> st
     return ""
 
 
+# What sets a key of the scene on the command line, by how the key begins.
+OPTIONS = {
+    **{f"compare.{key}": f"--{key}" for key in ("methods", "tolerance", "quantities")},
+    "loading": "--loads",
+    "methods": "--option",
+    "compare.proved": "--prove",
+}
+
+
 def plan_all(
     sources: Iterable[Source],
     overrides: Mapping[str, Any],
     effort: Effort,
-    origin: str = "--methods, --tolerance, --quantities, --loads, --option",
+    options: Mapping[str, str] = OPTIONS,
     brought: Sequence[str] = (),
     *,
     sensitivity: bool = False,
 ) -> list[Plan]:
     """Load and plan all scenes and suites.
 
-    `overrides` are dotted keys put into every scene, `origin` says where they come from. A user's
-    own methods (`brought`) run, too, where only others are named. `sensitivity` plans measured maps
-    as they might have been prepared. InputError lists every problem of all scenes, or those that no
-    method can do.
+    `overrides` are dotted keys put into every scene, `options` what sets them, by how they begin. A
+    user's own methods (`brought`) run, too, where only others are named. `sensitivity` plans
+    measured maps as they might have been prepared. InputError lists every problem of all scenes, or
+    those that no method can do.
     """
     members: list[Source] = []
     for source in sources:
@@ -279,7 +288,12 @@ def plan_all(
         members += (source,) if suite is None else suite
     plans: list[Plan] = []
     problems: list[str] = []
-    of_options: dict[str, list[str]] = {}  # each with the scenes that have it
+    of_options: dict[str, dict[str, list[str]]] = {}  # option -> problem -> scenes that have it
+
+    def option_of(text: str) -> str:
+        return next((name for key, name in options.items() if text.startswith(key)), "")
+
+    given = list(dict.fromkeys(map(option_of, overrides)))
     for source in members:
         try:
             try:
@@ -292,7 +306,9 @@ def plan_all(
                     own = [text for text in unchanged.problems if text in error.problems]
                 for text in error.problems:
                     if text not in own:
-                        of_options.setdefault(text, []).append(error.source)
+                        option = option_of(text) if option_of(text) in given else ", ".join(given)
+                        problem = of_options.setdefault(option, {})
+                        problem.setdefault(text, []).append(error.source)
                 if own:
                     raise SceneError(error.source, own) from None
                 continue
@@ -302,12 +318,12 @@ def plan_all(
                 plans += plan_scene(with_brought(scene, brought), effort)
         except InputError as error:
             problems.append(str(error))
-    if of_options:
+    for option, faults in of_options.items():
         told = [
-            problem if len(scenes) == len(members) else f"{problem} (in {', '.join(scenes)})"
-            for problem, scenes in of_options.items()
+            fault if len(scenes) == len(members) else f"{fault} (in {', '.join(scenes)})"
+            for fault, scenes in faults.items()
         ]
-        problems.append(str(SceneError(origin, told)))
+        problems.append(str(SceneError(option, told)))
     if not plans and not problems:
         problems.append("expected at least one scene")
     names = [plan.scene.name for plan in plans]

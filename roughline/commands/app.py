@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import io
 import sys
+from itertools import islice
 
-from cyclopts import App, CycloptsError, Group, Parameter
+from cyclopts import App, CycloptsError, Group, Parameter, UnknownCommandError
 
 from comparisons.errors import InputError, LostWorkError, is_interrupt
 from roughline.commands import say
@@ -63,7 +64,14 @@ def run_command(arguments: list[str]) -> int:
             stream.reconfigure(errors="replace")
     try:
         result = app(arguments, exit_on_error=False, print_error=True, result_action="return_value")
-    except CycloptsError:
+    except CycloptsError as error:
+        if isinstance(error, UnknownCommandError):  # perhaps an option: `plan` is `run --plan`
+            option = f"--{arguments[0]}"
+            commands = {name: app[name] for name in app if not name.startswith("-")}
+            options = {name: c.assemble_argument_collection() for name, c in commands.items()}
+            known = (n for n, own in options.items() if any(option in one.names for one in own))
+            for name in islice(known, 1):
+                say(f"did you mean `roughline {name} {option}`?", sys.stderr)
         return WRONG_INPUT
     except InputError as error:
         return _complain(error, str(error))

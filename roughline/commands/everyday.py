@@ -7,7 +7,9 @@ import sys
 from contextlib import nullcontext
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Parameter
 
 from roughline.commands import say
 from roughline.commands.arguments import (
@@ -246,7 +248,7 @@ def _folder_name(scenes: tuple[str, ...], plans: list[Plan]) -> str:
 def solve(
     scene: str,
     *,
-    method: str,
+    method: Annotated[str, Parameter(alias="--methods")],
     resolution: MaybeWhole = None,
     option: tuple[str, ...] = (),
     json: Flag = False,
@@ -431,7 +433,7 @@ def advise(
     method_files.load()
     overrides = overrides_of(tolerance=tolerance, quantities=quantities)
     effort: Effort = "full" if full else "quick"
-    plans = plan_all([scene], overrides, effort, "--tolerance, --quantities", brought())
+    plans = plan_all([scene], overrides, effort, brought=brought())
     if not known:
         return advising.advise_all(plans, effort, json)
     again = shlex.join(["roughline", *(word for word in sys.argv[1:] if word != "--known")])
@@ -447,6 +449,7 @@ def list_(catalogue: str | None = None, *, method_files: MethodFiles = NO_METHOD
         "scenes", "methods", "claims" or "hard-cases"; default: the number of each.
     """
     from comparisons.errors import InputError
+    from comparisons.reasons import near
     from reports.tables import lists
     from roughline.commands import terminal
 
@@ -461,7 +464,8 @@ def list_(catalogue: str | None = None, *, method_files: MethodFiles = NO_METHOD
         terminal.print_lists()
         return FINE
     if catalogue not in tables:
-        raise InputError(f"list: expected one of {', '.join(tables)}, got {catalogue!r}")
+        expected = f"list: expected one of {', '.join(tables)}, got {catalogue!r}"
+        raise InputError(expected + near(catalogue, tables))
     method_files.load()
     terminal.print_table(tables[catalogue](), unfolded=catalogue == "hard-cases")
     return FINE

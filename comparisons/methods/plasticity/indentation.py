@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from typing import ClassVar
 
 import numpy as np
 from scipy.optimize import brentq
@@ -302,7 +301,6 @@ class KogutEtsion(FittedBall):
     """Kogut & Etsion (2002): power laws of finite elements, up to d/d_y = 110."""
 
     name = "kogut_etsion"
-    title: ClassVar[str] = "Kogut & Etsion"
     fitted = staticmethod(kogut_etsion)
 
 
@@ -310,5 +308,4 @@ class JacksonGreen(FittedBall):
     """Jackson & Green (2005): a hardness that falls with the contact, up to a/R = 0.41."""
 
     name = "jackson_green"
-    title: ClassVar[str] = "Jackson & Green"
     fitted = staticmethod(jackson_green)

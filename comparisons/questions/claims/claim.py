@@ -35,6 +35,7 @@ from comparisons.questions.claims.parameters import (
 from comparisons.questions.claims.record import HOLDS, VERDICTS
 from comparisons.questions.claims.wording import limit_words
 from comparisons.questions.experiments import EXPERIMENTS
+from comparisons.reasons import near
 from comparisons.scene.fields import KnownMethod, Positive, SceneTable, fail
 from comparisons.scene.problems import in_file
 from comparisons.scene.scene import Scene, load_scene
@@ -225,7 +226,9 @@ def load_claims(names: tuple[str, ...] = ()) -> list[Claim]:
                 continue
             path = Path(name)
             if not path.is_file():
-                raise ClaimError([f"{path}: no such claim or file; see `roughline list claims`"])
+                where = "see `roughline list claims`"
+                told = f"{path}: no such claim or file; {where}{near(name, builtin)}"
+                raise ClaimError([told])
             for member, keys in read_family(path).items():
                 claims.append(make_claim(keys, f"{path}: {member}", path.parent.resolve()))
         except ClaimError as error:

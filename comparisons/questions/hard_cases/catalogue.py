@@ -16,6 +16,7 @@ from pydantic import Field, ValidationError
 from comparisons.errors import InputError
 from comparisons.files import read_toml
 from comparisons.questions.hard_cases.case import JUDGED, OUTCOME_KEYS, REFUSED, HardCase
+from comparisons.reasons import near
 from comparisons.scene.fields import SceneTable
 from comparisons.scene.problems import readable
 from comparisons.scene.scene import SceneError, override
@@ -72,9 +73,8 @@ def load_cases(names: Iterable[str]) -> list[HardCase]:
         if name not in builtin_cases and Path(name).is_file():
             files.append(Path(name))
         elif name not in builtin_cases:
-            problems.append(
-                f"--case: no such case or file: {name!r}; see `roughline list hard-cases`"
-            )
+            problem = f"--case: no such case or file: {name!r}; see `roughline list hard-cases`"
+            problems.append(problem + near(name, builtin_cases))
     file_cases: list[HardCase] = []
     try:
         file_cases = read_cases(files, builtin_files())
