@@ -345,10 +345,11 @@ def wide_truth(record: SceneRecord, effort: str) -> str:
     bar, worst = truth_known_to(record, advise(record))
     if not bar > record.tolerance:
         return ""
-    refined = ": --full refines it" if effort == "quick" else ""
-    title = title_of(record.reference.method)
+    truth = record.reference.method
+    # no finer grid makes a closed form any better
+    refined = ": --full refines it" if effort == "quick" and truth != CLOSED_FORM else ""
     limit = tolerance(record.tolerance)
     return (
-        f"reference: {title}, known to {relative(bar)} in {quantity(worst).label}, "
+        f"reference: {title_of(truth)}, known to {relative(bar)} in {quantity(worst).label}, "
         f"wider than the tolerance of {limit}{refined}"
     )

@@ -262,8 +262,8 @@ def notes_of(draft: Plan, methods: tuple[MethodPlan, ...]) -> Iterable[str]:
             yield (
                 f"rounded edge: contact on it is at most {with_unit(edge, 'm')} wide, "
                 f"{number(edge * finest / geometry.contact_radius, 2)} cells of {GRID} at N = "
-                f"{finest}: too few for the pressure there; more --resolutions, or a method of "
-                "round bodies"
+                f"{finest}: too few for the pressure there; finer compare.resolutions, or a method "
+                "of round bodies"
             )
     if scene.physics and draft.realisations < scene.realisations:
         yield (

@@ -20,12 +20,12 @@ SMALLEST = 1e-12  # errors below are round-off, and a plot of their ratios would
 DIAGONAL = Look("unchanged", MUTED, dash=DOTTED)
 ERRORS = (
     "One marker per solve (a method at a resolution): its largest error before and after, relative "
-    "to the reference of its run. Above the line it has grown. Hollow: highlighted in the table."
+    "to the reference of its run. Above the line it has grown. Hollow: answer or verdict changed."
 )
 TIMES = (
     "One marker per solve: its time before and after. Above the line it took longer. A run keeps "
     "no scatter of times, and on a busy machine it is large: roughline bench measures times. "
-    "Hollow markers: highlighted in the table."
+    "Hollow: answer or verdict changed."
 )
 
 
@@ -73,8 +73,8 @@ def _before_and_after(
     ends = np.array(span)
     series = [Series(DIAGONAL, ends, ends, marks=False, legend=False, width=1)]
     for method in drawing_order({solves[k].method for k in known}):
-        for worse in (False, True):  # each has its legend
-            own = [k for k in known if (solves[k].method, solves[k].bad) == (method, worse)]
+        for changed in (False, True):  # each has its legend
+            own = [k for k in known if (solves[k].method, solves[k].bad) == (method, changed)]
             if not own:
                 continue
             drawn, (x, y) = look(method), pairs[own].T
@@ -83,9 +83,9 @@ def _before_and_after(
                 f"{label(pairs[k, 0])} before, {label(pairs[k, 1])} after; {solves[k].text}"
                 for k in own
             )
-            style = drawn.labelled(f"{drawn.label}, worse") if worse else drawn
+            style = drawn.labelled(f"{drawn.label}, changed") if changed else drawn
             hover = tuple(texts)
-            series.append(Series(style, x, y, line=False, hollow=worse, hover=hover, faint=0.8))
+            series.append(Series(style, x, y, line=False, hollow=changed, hover=hover, faint=0.8))
     return Figure(
         f"{word}s",
         f"{word.capitalize()} before and after",

@@ -48,7 +48,8 @@ def print_known(plans: list[Plan], as_json: bool, again: str) -> int:
         if known := answers[name]:
             terminal.print_text(f"{name}: {plainly(known, tolerance)}")
             terminal.print_text(f"{name}: {in_words(known, tolerance)}")
-            told = {answer.quantity for answer in known}
+            # of what is prescribed nothing is asked
+            told = {plan.loads.control, *(answer.quantity for answer in known)}
             left = [quantity(n).label for n in plan.scene.compare.quantities if n not in told]
             if left:
                 terminal.print_text(f"{name}: no claim has measured {listed(left)} of such a scene")

@@ -350,11 +350,12 @@ def test_advise_says_it_first_and_can_end_there(capsys, monkeypatch):
     assert traction["fixed"] == traction["own"] == {"nu": 0.28, "R_x/R_y": 1.0}
     assert traction["agrees"]
     assert "rolling-curve-springs" in document["claims_on_scene"]
-    assert run_command(["advise", "sphere", "--known"]) == 0
+    assert run_command(["advise", "sphere", "--known", "--quantities", "force,penetration"]) == 0
     said = flat(capsys.readouterr().out)
     assert said.startswith("sphere: check the slopes: d/a = 0.678")
     assert "force: not known, as slopes are too large for every method" in said
     assert "which says nothing at such slopes" in said
+    assert "no claim" not in said  # of the penetration, which is prescribed
     assert run_command(["advise", "sphere", "--known", "--json"]) == 0
     (document,) = json.loads(capsys.readouterr().out)
     assert document["notes"][0].startswith("check the slopes: d/a = 0.678")

@@ -215,6 +215,8 @@ def test_a_truth_that_is_known_well_enough_is_an_answer_itself():
     told = "reference: FFT BEM, known to 4.0\u202f% in force, wider than the tolerance of 1\u202f%"
     assert wide_truth(wide, "quick") == f"{told}: --full refines it"
     assert wide_truth(record(rows, "bem_fft", 0.004), "quick") == ""
+    # a closed form has no grid to refine
+    assert wide_truth(record(rows, bar=0.04), "quick") == told.replace("FFT BEM", "closed form")
 
 
 @pytest.mark.slow

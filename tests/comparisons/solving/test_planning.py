@@ -197,9 +197,12 @@ def test_notes_on_the_half_space_and_on_realisations(rough):
 @pytest.mark.parametrize(("edge_radius", "told"), [("10 mm", False), ("2 um", True)])
 def test_a_rounded_edge_narrower_than_four_cells_is_told(edge_radius, told):
     """At N = 64 cells are 16 um beside a flat of 1 mm; by sqrt(2 R d) 9 um touch, and 0.6 mm."""
-    scene = load_scene("rounded-punch", {"indenter.edge_radius": edge_radius})
-    (plan,) = plan_scene(scene)
-    assert any(note.startswith("rounded edge: ") for note in plan.notes) == told
+    narrow = {"indenter.edge_radius": edge_radius}
+    for changes in (narrow, narrow | {"compare.resolutions": [2304]}):  # what the note asks for
+        (plan,) = plan_scene(load_scene("rounded-punch", changes))
+        notes = [note for note in plan.notes if note.startswith("rounded edge: ")]
+        assert bool(notes) == (told and changes is narrow)
+        assert all("compare.resolutions" in note for note in notes)
 
 
 def test_first_surfaces_are_whole_tasks_that_cover_them_once(rough):

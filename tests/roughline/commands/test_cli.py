@@ -926,6 +926,7 @@ def test_two_runs_of_one_scene_are_the_same_and_a_changed_model_is_not(roughline
     assert moved.code == 1
     assert "force moved by +0.20" in moved.out
     assert "force moved by" in page.read_text(encoding="utf-8")
+    assert '"reduced model, changed"' in page.read_text(encoding="utf-8")  # no worse than before
     assert roughline(*compare, "--tolerance", "1%", "--out", "c").code == 0
     loads = ("--loads", "force=7 N")
     assert roughline("run", ball, *options, *loads, "--out", "d").code == 0
