@@ -25,6 +25,10 @@ from roughline.commands import say, terminal
 from roughline.commands.arguments import FINE
 
 NOTHING = "no claim has measured such a scene"
+ROUND = (
+    "force, penetration, contact area and stiffness of a body of revolution are exact by theorem"
+)
+CHOICE = "docs/methods.md#how-to-choose tells what fits which contact"
 
 
 def known_of(plan: Plan) -> list[Nearest]:
@@ -46,8 +50,8 @@ def print_known(plans: list[Plan], as_json: bool, again: str) -> int:
         for note in _warnings(plan.notes):
             terminal.print_text(f"{name}: {note}")
         if known := answers[name]:
-            terminal.print_text(f"{name}: {plainly(known, tolerance)}")
-            terminal.print_text(f"{name}: {in_words(known, tolerance)}")
+            for answer in plainly(known, tolerance):
+                terminal.print_text(f"{name}: reduced model, {answer}")
             # of what is prescribed nothing is asked
             told = {plan.loads.control, *(answer.quantity for answer in known)}
             left = [quantity(n).label for n in plan.scene.compare.quantities if n not in told]
@@ -55,7 +59,8 @@ def print_known(plans: list[Plan], as_json: bool, again: str) -> int:
                 terminal.print_text(f"{name}: no claim has measured {listed(left)} of such a scene")
         else:
             verdicts = [f"{claim} ({verdict})" for claim, verdict in claims_on(plan.scene).items()]
-            found = f"claims on this built-in scene: {', '.join(verdicts)}" if verdicts else NOTHING
+            nothing = f"{NOTHING}; {f'{ROUND}; ' if _transformed(plan.scene) else ''}{CHOICE}"
+            found = f"claims on this built-in scene: {', '.join(verdicts)}" if verdicts else nothing
             terminal.print_text(f"{name}: {found}")
     say(f"To be sure: {again}")
     return FINE
@@ -96,6 +101,13 @@ def _settled(plan: Plan, solved: Solved) -> bool:
     """Whether some setting is sure of the tolerance, or nothing asked for can be judged."""
     advice = advise(record_scene(plan, solved))
     return advice.cheapest is not None or not advice.quantities
+
+
+def _transformed(scene: Scene) -> bool:
+    """Whether the theorem of the transform is on such scenes: round bodies, merely pressed."""
+    body = scene.indenter
+    plain = scene.half_space.uniform and not (scene.physics or scene.body)
+    return body is not None and body.axisymmetric and plain and scene.methods.reduced.rule == "mdr"
 
 
 def _warnings(notes: Iterable[str]) -> list[str]:

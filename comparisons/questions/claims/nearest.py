@@ -125,12 +125,14 @@ class Nearest:
         )
         here = low if low == high else f"{low} to {high}"
         beside = f", here {here}" if here != there else ""
+        differing = self.differing
         fixed = "".join(
-            f", {name} = {self.measured.fixed[name]:.4g}, here {self.own[name]:.4g}"
-            for name in self.differing
+            f", {name} = {made:.4g}{f', here {self.own[name]:.4g}' if name in differing else ''}"
+            for name, made in self.measured.fixed.items()
+            if name in (LOAD, *differing)  # a rough surface's error hangs on the load most
         )
         claim = self.measured.claim
-        return f"{self.measured.parameter} = {there}{beside}{self.far}{fixed} (claim {claim})"
+        return f"{self.measured.parameter} = {there}{beside}{self.far}{fixed}, claim {claim}"
 
     @property
     def document(self) -> dict[str, Any]:
@@ -224,33 +226,35 @@ def nearest_to(record: SceneRecord) -> list[Nearest]:
         return []  # damaged results, or of another version
 
 
-def plainly(answers: list[Nearest], tolerance: float) -> str:
-    """Return for each quantity whether the reduced model is within a tolerance, in few words.
+def plainly(answers: list[Nearest], tolerance: float) -> list[str]:
+    """Return whether the reduced model is within a tolerance, and the measurement that tells it.
 
-    Where what stood still in a claim is another here, it was not measured: that is said.
+    Quantities with the same answer share one. Where what stood still in a claim is another here,
+    or slopes are too large, the measurement is no answer: that is said.
     """
-    asked, parts = fmt.tolerance(tolerance), []
-    for answer in answers:
-        measured_at = answer.measured.tolerance
-        error = fmt.plus_minus(answer.error, answer.uncertainty)
-        wider = tolerance < measured_at and answer.word_of_claim == WITHIN
-        limit = fmt.tolerance(measured_at)
+    asked, groups = fmt.tolerance(tolerance), dict[str, list[str]]()
+    for answer in sorted(answers, key=lambda answer: WORST_FIRST.index(answer.word)):
+        row, limit = quantity(answer.quantity), fmt.tolerance(answer.measured.tolerance)
+        wider = tolerance < answer.measured.tolerance and answer.word_of_claim == WITHIN
         said = {
             WITHIN: f"yes, within {asked}",
-            OUTSIDE: f"no ({error}){f', but within {limit}' if wider else ''}",
+            OUTSIDE: f"no{f', but within {limit}' if wider else ''}",
             NOT_RESOLVED: f"{f'within {limit}, ' if wider else ''}not known whether within {asked}",
         }[answer.word]
         if answer.differing:
-            here, there = (
-                ", ".join(f"{name} = {values[name]:.4g}" for name in answer.differing)
-                for values in (answer.own, answer.measured.fixed)
-            )
-            # beyond every measured load too, the number of another surface tells nothing
-            said = f"not measured for {here}" + ("" if answer.far else f" ({error} for {there})")
+            said = "not measured here"
         if answer.steep:
             said = "not known, as slopes are too large for every method"
-        parts.append(f"{quantity(answer.quantity).label}: {said}{answer.far}")
-    return f"Reduced model, {'; '.join(parts)}." if parts else ""
+        near = "nearest: " if answer.differing else ""
+        error = fmt.plus_minus(answer.error, answer.uncertainty, signed=not row.norm)
+        groups.setdefault(f"{said} ({near}{error} at {answer.place})", []).append(row.label)
+    return [f"{fmt.listed(labels)}: {told}" for told, labels in groups.items()]
+
+
+def in_words(answers: list[Nearest], tolerance: float) -> str:
+    """Return the same in one sentence; "" where nothing is known."""
+    known = "; ".join(plainly(answers, tolerance))
+    return known and f"Nearest measured, reduced model, {known}."
 
 
 def claims_on(scene: Scene) -> dict[str, str]:
@@ -270,25 +274,6 @@ def claims_on(scene: Scene) -> dict[str, str]:
         for claim in load_claims_record(STORED).claims
         if claim.method == MODEL and f"on the scene {name}," in f"{claim.what},"
     }
-
-
-def in_words(answers: list[Nearest], tolerance: float) -> str:
-    """Return what is known before a scene is solved, in one sentence; "" where nothing is."""
-    groups: dict[tuple[str, str, str], list[str]] = {}
-    for answer in sorted(answers, key=lambda answer: WORST_FIRST.index(answer.word)):
-        number = fmt.plus_minus(
-            answer.error, answer.uncertainty, signed=not quantity(answer.quantity).norm
-        )
-        label = quantity(answer.quantity).label
-        told = f"{answer.word}{' at' if answer.word == NOT_RESOLVED else ''} "
-        told = "not measured here" if answer.differing else told + fmt.tolerance(tolerance)
-        told = "which says nothing at such slopes" if answer.steep else told
-        groups.setdefault((told, number, answer.place), []).append(label)
-    parts = [
-        f"error of {fmt.listed(labels)} {number} at {place}, {told}"
-        for (told, number, place), labels in groups.items()
-    ]
-    return f"Nearest measured, reduced model: {'; '.join(parts)}." if parts else ""
 
 
 @cache

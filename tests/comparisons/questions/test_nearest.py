@@ -75,9 +75,9 @@ def test_a_load_between_two_that_were_measured_is_told_the_nearest_in_logarithms
     load = {"force": {"values": [0.013], "relative_to": "E* A0 h'"}}
     area = known("rough-free", loading=load)["contact_area"]
     assert area.there == pytest.approx(0.01)
-    assert area.place == "load F/(E* A0 h') = 0.01, here 0.013 (claim rough-area)"
+    assert area.place == "load F/(E* A0 h') = 0.01, here 0.013, claim rough-area"
     flat = known("rough-free", loading=load, **{"surface.hurst": 0.3})["contact_area"]
-    assert ", H = 0.8, here 0.3 (" in flat.place
+    assert ", H = 0.8, here 0.3, claim" in flat.place
 
 
 @pytest.mark.parametrize("claim", load_claims(tuple(FIXED)), ids=list(FIXED))
@@ -101,9 +101,9 @@ def test_a_claim_along_the_scenes_own_parameter_decides():
         loading = {"force": {"value": load, "relative_to": "E* A0 h'"}}
         area = known("rough-free", loading=loading, **{"surface.hurst": hurst})["contact_area"]
         assert area.measured.claim == f"rough-area{claim}"
-    said = plainly(list(known("rough-free", loading=loading).values()), 0.01)
+    said = in_words(list(known("rough-free", loading=loading).values()), 0.01)
     percent = "\N{NARROW NO-BREAK SPACE}%"
-    assert f"depth: within 10{percent}, not known whether within 1{percent};" in said
+    assert f"depth: within 10{percent}, not known whether within 1{percent} (" in said
     assert "contact area: no (+250" in said
 
 
@@ -231,28 +231,33 @@ def test_at_two_tolerances_one_scene_has_one_answer():
             tolerance = asked.measured.tolerance
             same = known(name, **changes, **{"compare.tolerance": tolerance})[quantity]
             limit = f"within {fmt.tolerance(tolerance)}"
-            tail = limit in plainly([asked], 0.001)
-            assert tail == (f"yes, {limit}" in plainly([same], tolerance)), (name, changes)
+            tail = limit in in_words([asked], 0.001)
+            assert tail == (f"yes, {limit}" in in_words([same], tolerance)), (name, changes)
             tails.add((name, tail))
     assert len(tails) == 4  # both answers, on ellipsoids and on rough surfaces
 
 
 def test_of_another_surface_or_body_nothing_was_measured():
-    """The error is said with the values it was measured at, beside the scene's."""
+    """The error is said once, with the values it was measured at, the load and the scene's."""
     heights = {"surface.hurst": 0.3, "compare.tolerance": 0.15}
     (depth,) = known("rough-free", **heights, **{"compare.quantities": ["penetration"]}).values()
-    said = plainly([depth], 0.15)
-    assert "penetration depth: not measured for H = 0.3 (\N{MINUS SIGN}3.0 " in said
-    assert said.endswith(" for H = 0.8).")
-    assert (depth.word, in_words([depth], 0.15)[-18:]) == (NOT_RESOLVED, "not measured here.")
+    (said,) = plainly([depth], 0.15)
+    assert said.startswith("penetration depth: not measured here (nearest: \N{MINUS SIGN}3.0 ")
+    assert said.endswith(", H = 0.8, here 0.3, claim rough-penetration)")
+    assert depth.word == NOT_RESOLVED
+    heights |= {"surface.points": 128, "surface.hurst": 0.7}
+    at_load = {"loading": {"force": {"value": 0.01, "relative_to": "E* A0 h'"}}}
+    (said,) = plainly([known("rough-free", **heights, **at_load)["contact_area"]], 0.15)
+    assert "F/(E* A0 h') = 0.01" in said
     radii = {"shape": "ellipsoid", "radius_x": "460 mm", "radius_y": "300 mm"}
     wheel = {"indenter": radii, "loading.force": "80 kN", "rolling.creep": "-0.1 %"}
     wheel |= {"half_space.youngs_modulus": "105 GPa"}
-    said = plainly([known("rolling-ball", **wheel)["traction"]], 0.01)
-    assert "traction coefficient: not measured for R_x/R_y = 1.533 (\N{MINUS SIGN}43.9 " in said
-    assert said.endswith(" for R_x/R_y = 1).")
+    (said,) = plainly([known("rolling-ball", **wheel)["traction"]], 0.01)
+    told = "traction coefficient: not measured here (nearest: \N{MINUS SIGN}43.9 "
+    assert said.startswith(told)
+    assert ", R_x/R_y = 1, here 1.533, claim " in said
     same = known("rough-free", **{"compare.tolerance": 0.15})["penetration"]
-    assert "penetration depth: yes, within 15" in plainly([same], 0.15)
+    assert "penetration depth: yes, within 15" in in_words([same], 0.15)
 
 
 def test_claims_on_a_built_in_scene_are_none_on_another_of_its_name():
@@ -267,7 +272,7 @@ def test_beyond_all_that_was_measured_nothing_is_within_but_by_a_theorem():
     shallow = known("sphere", loading={"penetration": [1e-10, 2e-10]})["force"]
     assert shallow.beyond
     assert shallow.word == WITHIN
-    assert plainly([shallow], 0.01).endswith(", by theorem beyond what was measured.")
+    assert ", by theorem beyond what was measured, claim " in in_words([shallow], 0.01)
     unproved = replace(shallow.measured, proved=False)
     assert _decided(unproved, shallow.here, 0.01)[1] != WITHIN
     assert [claim for claim, row in measured().items() if row.proved] == [
@@ -294,7 +299,7 @@ def test_areas_at_equal_force_say_nothing_of_a_prescribed_penetration():
 def test_what_is_known_beforehand_has_the_sign_of_what_a_run_finds():
     gap = known("rough-free")["mean_gap"]
     assert gap.error < 0
-    assert "mean gap \N{MINUS SIGN}99" in in_words([gap], 0.05)
+    assert "mean gap: no (\N{MINUS SIGN}99" in in_words([gap], 0.05)
 
 
 def test_where_loads_spread_the_worst_of_what_they_cover_decides():
@@ -336,8 +341,7 @@ def test_advise_says_it_first_and_can_end_there(capsys, monkeypatch):
     monkeypatch.setattr(sys, "argv", ["roughline", *words])
     assert run_command(words) == 0
     said = capsys.readouterr().out
-    assert said.startswith("ellipsoid-5: Reduced model, force: ")
-    assert "Nearest measured, reduced model: error of force" in said
+    assert said.startswith("ellipsoid-5: reduced model, force: no (")
     assert "claim ellipsoid-force" in said
     assert said.endswith("To be sure: roughline advise ellipsoid-5 --tolerance 2%\n")
     assert run_command(["advise", "ellipsoid-5", "--known", "--json"]) == 0
@@ -354,15 +358,19 @@ def test_advise_says_it_first_and_can_end_there(capsys, monkeypatch):
     said = flat(capsys.readouterr().out)
     assert said.startswith("sphere: check the slopes: d/a = 0.678")
     assert "force: not known, as slopes are too large for every method" in said
-    assert "which says nothing at such slopes" in said
     assert "no claim" not in said  # of the penetration, which is prescribed
     assert run_command(["advise", "sphere", "--known", "--json"]) == 0
     (document,) = json.loads(capsys.readouterr().out)
     assert document["notes"][0].startswith("check the slopes: d/a = 0.678")
     assert run_command(["advise", "rounded-punch", "--known"]) == 0
-    assert "no claim has measured such a scene" in capsys.readouterr().out
+    said = flat(capsys.readouterr().out)
+    assert "no claim has measured such a scene; force, penetration" in said
+    assert "of a body of revolution are exact by theorem; docs/methods.md#how-to-choose" in said
+    assert run_command(["advise", "measured-map", "--known"]) == 0
+    said = flat(capsys.readouterr().out)
+    assert "no claim has measured such a scene; docs/methods.md#how-to-choose" in said
     assert run_command(["advise", "soft-ball-film", "--known"]) == 0
     said = flat(capsys.readouterr().out)
     assert "soft-ball-film: claims on this built-in scene: film-central (" in said
     assert "no claim" not in said
-    assert in_words([], 0.01) == plainly([], 0.01) == ""
+    assert in_words([], 0.01) == ""
