@@ -21,6 +21,7 @@ from comparisons.scene.fields import WithUnit
 from comparisons.scene.loading import LoadRange
 from comparisons.scene.scene import Scene
 from comparisons.tasks.stresses import FROM_PRESSURE
+from reports.plots.stored import stored_fields
 from reports.tables.scene import stresses
 
 NO_INPUT = {"name", "title", "loading", "compare", "methods", "directory"}
@@ -84,11 +85,12 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
         stresses(scene, scene.reference.method, int(steps[-1]), FROM_PRESSURE) if len(steps) else {}
     )
     # a free edge of a patch is as sharp as a punch
-    edged = body.surface is not None and not body.surface.periodic
+    free = body.surface is not None and not body.surface.periodic
+    edged = free and _reaches_the_edge(scene)
     if most.get("pressure_peak"):
         which = "" if scene.of_one_load else ", last load"
         text = fmt.with_unit(most["pressure_peak"], "Pa")
-        text += " (singular where a contact reaches the patch's edge)" if edged else ""
+        text += " (singular: a contact reaches the patch's edge)" if edged else ""
         lines.append((f"highest pressure{which}", text))
     if fmt.finite(most.get("von_mises_max")) and "von_mises_depth" in most:
         stress = fmt.with_unit(most["von_mises_max"], "Pa")
@@ -251,6 +253,15 @@ def true_value(scene: SceneRecord, name: str, *, nominal: float | None = None) -
     if len(bars):
         return f"{text} ± {fmt.relative_range(bars)}"
     return f"{text} ± ?" if name in scene.quantities else text
+
+
+def _reaches_the_edge(scene: SceneRecord) -> bool:
+    """Tell whether a rough contact at the last load presses on the edge of its patch."""
+    fields = next((item.fields for item in stored_fields(scene, [scene.reference.method])), {})
+    if "pressure_shape" not in fields:
+        return True  # for all that is known
+    pressure = fields["pressure"].reshape(fields["pressure_shape"])
+    return bool(np.any(pressure[[0, -1]]) or np.any(pressure[:, [0, -1]]))
 
 
 def _sources(scene: SceneRecord) -> list[str]:
