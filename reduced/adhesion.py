@@ -199,8 +199,8 @@ class Adhesion:
     """An adhesive contact along a path; arrays have shape (k,).
 
     F < 0 pulls. The free energy is U - pi w a^2, U the elastic energy; `dissipated` is lost in all
-    jumps so far. `holds` is False if no equilibrium with the load exists: a tensile force after
-    pull-off; force and penetration are then zero.
+    jumps so far. Force and penetration are NaN where no equilibrium with the load exists: under a
+    prescribed pull out of contact.
     """
 
     penetration: np.ndarray
@@ -208,7 +208,6 @@ class Adhesion:
     contact_radius: np.ndarray
     elastic_energy: np.ndarray
     dissipated: np.ndarray
-    holds: np.ndarray
     events: tuple[Event, ...]
     spacing: float
 
@@ -236,11 +235,8 @@ def adhere(springs: Springs, work: float, path: LoadPath) -> Adhesion:
     -1.5
     """
     way = _follow(springs, work, path.control, path.values)
-    states, dissipated, holds = (np.array(part) for part in zip(*way.record, strict=True))
-    penetration, force, radius, energy = states.T
-    return Adhesion(
-        *(penetration, force, radius, energy, dissipated, holds), tuple(way.events), way.spacing
-    )
+    states, dissipated = (np.array(part) for part in zip(*way.record, strict=True))
+    return Adhesion(*states.T, dissipated, tuple(way.events), way.spacing)
 
 
 def pull_off(springs: Springs, work: float, control: str = "force") -> Event:
@@ -323,7 +319,7 @@ class _Contact:
         self.piece, self.place = -1, 0.0  # piece -1: no contact; number of pieces: sharp edge
         self.events: list[Event] = []
         self.dissipated = 0.0
-        self.record: list[tuple[tuple[float, ...], float, bool]] = []
+        self.record: list[tuple[tuple[float, ...], float]] = []
 
     def to(self, load: float) -> None:
         """Move to the next load and record the state."""
@@ -368,8 +364,7 @@ class _Contact:
             self.piece, self.place = piece, self.pieces.stop[piece]
             self._spread("jump", self._state(level), piece + 1, level)
             fold = not self._at_edge
-        holds = self.piece >= 0 or self.control == PENETRATION or goal == 0
-        self.record.append((astuple(self._state(goal)), self.dissipated, holds))
+        self.record.append((astuple(self._state(goal)), self.dissipated))
 
     def _spread(self, kind: str, before: State, node: int, goal: float) -> None:
         """Jump to the next stable radius beyond a node at the load `goal`."""
@@ -399,7 +394,9 @@ class _Contact:
         """Return the state of the current contact at the characteristic load `goal`."""
         goal = float(goal)
         if self.piece < 0:
-            return State(goal if self.control == PENETRATION else 0.0, 0.0, 0.0, 0.0)
+            # apart, a body stays at any depth, but under no pull
+            d, force = (goal, 0.0) if self.control == PENETRATION else (np.nan, np.nan)
+            return State(d, force, 0.0, 0.0)
         if self._at_edge:
             half = self.half
             a, first, second = half.x[-1], half.first[-1], half.second[-1]

@@ -36,6 +36,8 @@ class Method:
     # points a side, from a run on a busy machine over how much longer its single contacts took.
     seconds: float | None = None
     surface: float | None = None
+    # Of an adhesive contact, over the fourth power of the resolution: cells let go one by one.
+    adhesive: float | None = None
     # Other people's code (peer) checks the reference, and is never the reference itself. A user's
     # (outside) is untrusted: it is judged, and takes no part in what the truth is.
     origin: Literal["own", "peer", "outside"] = "own"
@@ -58,7 +60,9 @@ BUILT_IN: dict[str, Method] = {
     "closed_form": Method("closed form", preference=0, exact=True, seconds=0.01),
     "reduced": Method("reduced model", dimension=1, seconds=0.03, surface=5e-5),
     "bem_dense": Method("dense BEM", preference=3, grid=True, growth=64.0, seconds=0.2),
-    "bem_fft": Method("FFT BEM", preference=1, grid=True, growth=4.7, seconds=0.35, surface=0.1),
+    "bem_fft": Method(
+        "FFT BEM", preference=1, grid=True, growth=4.7, seconds=0.35, surface=0.1, adhesive=1.5e-4
+    ),
     "fem": Method("FEM", preference=2, growth=40.0, seconds=0.6, surface=0.1),
     "mca": Method("cellular automata", preference=4, growth=16.0, on_request=True),
     "tamaas": Method("Tamaas", origin="peer", isolated=True),

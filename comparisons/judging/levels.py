@@ -297,8 +297,8 @@ class Levels:
 
     @property
     def finest(self) -> int | None:
-        """The finest resolution among those that solved the most load steps."""
-        steps = {n: int(s.converged.any(axis=0).sum()) for n, s in self.solutions.items()}
+        """The finest resolution among those that answered the most load steps."""
+        steps = {n: int(s.answered.any(axis=0).sum()) for n, s in self.solutions.items()}
         most = max(steps.values(), default=0)
         return max((n for n, count in steps.items() if count == most > 0), default=None)
 

@@ -87,7 +87,7 @@ def refinements(
             plan = replace(plan, methods=tuple(methods))
             yield plan
             solution = solved(plan).get((truth.method, finer))
-            if solution is None or not solution.converged.any(axis=0).all():
+            if solution is None or not solution.answered.any(axis=0).all():
                 note = f"{truth.method} found no answer at N = {finer}"
     if note:
         yield replace(plan, notes=(*plan.notes, note))

@@ -91,12 +91,14 @@ class Truth:
 
         Curves are (k,), or (m, k) of several realisations. At the prescribed load the values are
         compared step by step; at the other one the truth is interpolated. NaN where either does
-        not know the quantity.
+        not know the quantity; but where no equilibrium exists, no answer is right.
         """
         if not (self.knows(name, curves) and (at == self.axis or self.knows(at, curves))):
             return np.full_like(curves.get(name, self.solution.converged[0]), np.nan, dtype=float)
         if at == self.axis:
-            return relative_error(curves[name], self.curves[name], path=self.path)
+            error = relative_error(curves[name], self.curves[name], path=self.path)
+            right = _apart(self.solution) & np.isnan(curves[name]) & np.isfinite(error).any()
+            return np.where(right, 0.0, error)
         return relative_error(curves[name], self.value(name, at, curves[at]))
 
     def bar_sources(self, name: str, at: str, *, same_surfaces: bool = False) -> Sources:
@@ -321,8 +323,14 @@ def _candidate(levels: Levels, resolution: int, axis: str) -> Truth:
                 TRUNCATION: np.full(steps, 0.0 if name in solution.exact else solution.truncation),
                 ENSEMBLE: levels.scatter(name, resolution),
             }
-        sources[name] = known | _read_off(solution, name)
+        known |= _read_off(solution, name)
+        sources[name] = {key: np.where(_apart(solution), 0, part) for key, part in known.items()}
     return Truth(axis, levels, resolution, curves, sources)
+
+
+def _apart(solution: Solution) -> np.ndarray:
+    """Return at which load steps no equilibrium exists, (k,)."""
+    return (solution.answered & ~solution.converged).all(axis=0)
 
 
 def _read_off(solution: Solution, name: str) -> Sources:

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from comparisons.formatting import unpadded
 from comparisons.geometry.prepare import Geometry, IndenterGeometry
 from comparisons.methods.normal.bem_fft import HalfSpaceGrid
 from comparisons.methods.normal.closed_form import form_of
 from comparisons.methods.normal.reduced import ProfileSolver
 from comparisons.methods.solver import Refused, Solver, needed
+from comparisons.reasons import NO_EQUILIBRIUM
 from comparisons.scene.indenters.axisymmetric import PowerLaw
 from comparisons.scene.indenters.indenter import Indenter
 from comparisons.scene.physics.tables.adhesion import Adhesion as AdhesionTable
@@ -42,6 +46,8 @@ _OFF = (0.13, -0.21)
 _STEPS, _EXTENSIONS = 40, 12
 # What the calibrated tension may cost, in cells of the contact radius.
 _FLAT_DOUBT, _ROUND_DOUBT = 1.05, 2.1
+# Penetration, force and area of a body that is apart, under a pull that moves it further off.
+_APART = (np.nan, np.nan, 0.0)
 
 
 PHYSICS = frozenset({"adhesion"})
@@ -89,10 +95,10 @@ class ReducedAdhesion(ProfileSolver):
             "penetration": contact.penetration,
             "force": contact.force,
             "equivalent_radius": contact.contact_radius,
-            "pull_off_force": max(0.0, -min(forces)),
+            "pull_off_force": max(0.0, -np.nanmin([0.0, *forces])),
             "energy": contact.elastic_energy,
         }
-        return Solution.of(task, curves, unknowns=2 * task.resolution)
+        return _held(task, curves, strongest.force, unknowns=2 * task.resolution)
 
 
 def adhesive_form_of(indenter: Indenter, modulus: float, work: float) -> AdhesiveForm | None:
@@ -131,7 +137,8 @@ class ClosedFormAdhesion(Solver[IndenterGeometry]):
             "equivalent_radius": path.contact_radius,
             "pull_off_force": path.largest_pull,
         }
-        return Solution.of(task, curves, violation=0.0)
+        strongest = float(self.form.force(self.form.pull_off()))
+        return _held(task, curves, strongest, violation=0.0)
 
 
 class GridAdhesion(HalfSpaceGrid):
@@ -196,7 +203,7 @@ class GridAdhesion(HalfSpaceGrid):
         for load in map(float, task.loads.values):
             attached = attached or load >= 0
             count = way.at(load, control) if attached else way.cells.size
-            depth, force, area = load if control == "penetration" else 0.0, 0.0, 0.0
+            depth, force, area = (load, 0.0, 0.0) if control == "penetration" else _APART
             if count < way.cells.size:
                 stiffness, offset = float(way.stiffness[count]), float(way.offset[count])
                 area = float(way.area[count])
@@ -210,7 +217,9 @@ class GridAdhesion(HalfSpaceGrid):
                 passed = np.flatnonzero(curve[:count] <= np.minimum.accumulate(curve)[:count])
                 pull = max(pull, float(-way.force[passed].min()))
             attached = attached and count < way.cells.size
-        solution = _walked(task, states, pull, _TOLERANCE, int(touching.sum()))
+        curves = _curves(states, pull)
+        unknowns, strongest = int(touching.sum()), float(way.force.min())
+        solution = _held(task, curves, strongest, unknowns=unknowns, violation=_TOLERANCE)
         solution.truncation = edge_doubt(geometry, task.resolution)
         solution.exact = ("contact_area", "contact_area_raw") if flat else ()
         return solution
@@ -240,7 +249,7 @@ class GridAdhesion(HalfSpaceGrid):
         for (i, part), load in zip(places, map(float, values), strict=True):
             before, after = path.points[i : i + 2]
             if part == 1.0 and i == len(path.points) - 2 and control == "force":  # apart
-                states.append((0.0, 0.0, 0.0))
+                states.append(_APART)
                 residuals.append(after.residual)
                 continue
             pressure = before.pressure + part * (after.pressure - before.pressure)
@@ -263,7 +272,9 @@ class GridAdhesion(HalfSpaceGrid):
             if fold is not None and passed:
                 pull = max(pull, -fold[1])
         unknowns = int(np.isfinite(gap).sum())
-        return _walked(task, states, pull, float(np.max(residuals)), unknowns)
+        strongest, violation = float(path.force.min()), float(np.max(residuals))
+        curves = _curves(states, pull)
+        return _held(task, curves, strongest, unknowns=unknowns, violation=violation)
 
     def _grid(self, task: Task, level: float) -> tuple[FreeOperator, np.ndarray]:
         """Operator and gap on square cells wherever the undeformed gap is at most `level`."""
@@ -278,22 +289,23 @@ class GridAdhesion(HalfSpaceGrid):
         return FreeOperator((nx, ny), (cell, cell), self.scene.effective_modulus), gap
 
 
-def _walked(
-    task: Task,
-    states: list[tuple[float, float, float]],
-    pull: float,
-    residual: float,
-    unknowns: int,
-) -> Solution:
-    """Return the solution of penetrations, forces and areas, with the largest pull on the way."""
+def _curves(states: list[tuple[float, float, float]], pull: float) -> dict[str, ArrayLike]:
+    """Return the curves of penetrations, forces and areas, with the largest pull on the way."""
     penetration, force, area = np.array(states).T
-    curves: dict[str, ArrayLike] = {
-        "penetration": penetration,
-        "force": force,
-        "equivalent_radius": np.sqrt(area / np.pi),
-        "pull_off_force": pull,
-    }
-    return Solution.of(task, curves, unknowns=unknowns, violation=residual)
+    radius = np.sqrt(area / np.pi)
+    steps = {"penetration": penetration, "force": force, "equivalent_radius": radius}
+    return {**steps, "pull_off_force": pull}
+
+
+def _held(
+    task: Task[IndenterGeometry], curves: Mapping[str, ArrayLike], pull_off: float, **more: Any
+) -> Solution:
+    """Return the solution of a path; a pull on a body that is apart has a reason instead."""
+    solution = Solution.of(task, curves, **more)
+    for step in np.flatnonzero(np.isnan(solution.quantities["force"][0])):
+        reason = "out of contact nothing bears a pull, a contact lets go at "
+        solution.fail((0, int(step)), f"{NO_EQUILIBRIUM}: {reason}{unpadded(pull_off, 'N')}")
+    return solution
 
 
 def edge_doubt(geometry: IndenterGeometry, resolution: int) -> float:

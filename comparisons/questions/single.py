@@ -64,7 +64,10 @@ class SingleResult:
     def solved(self) -> dict[str, np.ndarray]:
         """Return the quantities over the load steps: means, and standard errors of ensembles."""
         columns, loads = {}, self.plan.loads.columns
-        curves = loads | mean_curves(self.solution)
+        curves = mean_curves(self.solution)
+        for name, load in loads.items():  # it stands at steps without an answer, too
+            known = curves.get(name, np.nan)
+            curves[name] = np.where(np.isnan(known), load, known)
         # The loads first, the others as all lists of quantities have them, whatever the method.
         for name in dict.fromkeys((*loads, *QUANTITIES, *curves)):
             if name in curves:

@@ -229,10 +229,11 @@ class Study(Campaign[None, StudyRecord]):
             solution = self._solutions.get(task.key)
             if solution is None:
                 missing.append((task, "not done"))
-            elif not solution.converged.all():
-                reason = next(iter(solution.reasons.values()), "no answer")
-                lost = np.flatnonzero(~solution.converged.all(axis=0))
-                count = solution.converged.shape[1]
+            elif not (answered := solution.answered).all():
+                row, step = map(int, np.argwhere(~answered)[0])
+                reason = solution.reasons.get((row, step), "no answer")
+                lost = np.flatnonzero(~answered.all(axis=0))
+                count = answered.shape[1]
                 if len(lost) < count:
                     first = f"the first is load step {lost[0] + 1}"
                     reason = f"{len(lost)} of {count} loads, {first}: {reason}"

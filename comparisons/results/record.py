@@ -261,8 +261,8 @@ class SceneRecord:
 
     @once
     def finest(self, method: str) -> int | None:
-        """Return the finest resolution, but the truth's, among those that solved the most steps."""
-        rows = self.solved_rows(method)
+        """Return the finest resolution, but the truth's, among those that answered most steps."""
+        rows = self.rows.where((self.rows["method"] == method) & ~self.rows.lost)
         resolution, step = (rows[key] for key in ("resolution", "step"))
         counts = {n: len(set(step[resolution == n])) for n in self.resolutions_judged(method)}
         most = max(counts.values(), default=0)

@@ -10,6 +10,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import pandas as pd
 
+from comparisons.reasons import NO_EQUILIBRIUM
+
 TEXTS = frozenset(
     {"scene", "method", "options", "realisation", "reference", "reason", "machine"}
     | {"quantity", "at", "verdict", "outside_band"}
@@ -85,6 +87,12 @@ class Rows:
         if name in TEXTS:
             return np.full(len(self), "", dtype=object)
         return np.full(len(self), np.nan)
+
+    @property
+    def lost(self) -> np.ndarray:
+        """Which have no answer, and not because no equilibrium exists."""
+        parted = [reason.startswith(NO_EQUILIBRIUM) for reason in self["reason"]]
+        return ~self["converged"] & ~np.array(parted, dtype=bool)
 
     def where(self, chosen: np.ndarray) -> Rows:
         """Return the rows of a mask, or at some places in their order."""

@@ -203,7 +203,8 @@ def curves(scene: SceneRecord) -> pd.DataFrame:
     names = in_order({*NORMAL, "contact_area", *scene.quantities} & {*CURVES, *NORMAL} - {along})
     found = {name: scene.curve(name) for name in scene.methods}
     found = {name: solved for name, solved in found.items() if len(solved)}
-    steps = np.unique(np.concatenate([[], *(solved["step"] for solved in found.values())]))
+    planned = scene.rows.where(np.isfinite(scene.rows["step"]))
+    steps, first = np.unique(planned["step"], return_index=True)
 
     def at_steps(solved: Rows, name: str) -> np.ndarray:
         values = np.full(len(steps), np.nan)
@@ -211,10 +212,9 @@ def curves(scene: SceneRecord) -> pd.DataFrame:
         return values
 
     columns = {"scene": [scene.name] * len(steps), "step": steps.astype(int)}
-    if found:
-        known = np.array([at_steps(solved, along) for solved in found.values()])
-        first = np.argmax(np.isfinite(known), axis=0)
-        columns[_titled(along)] = known[first, np.arange(len(steps))]
+    known = np.array([*(at_steps(s, along) for s in found.values()), planned[along][first]])
+    first = np.argmax(np.isfinite(known), axis=0)
+    columns[_titled(along)] = known[first, np.arange(len(steps))]
     for method, solved in found.items():
         for name in names:
             values = at_steps(solved, name)

@@ -42,12 +42,18 @@ class Kind:
     # Whether a short solve is repeated for its time: on the first surfaces of an ensemble.
     timed: bool = False
     rough: bool = False
+    # Of an adhesive contact that is taken apart: seconds over the fourth power of the resolution.
+    apart: float | None = None
 
     @classmethod
     def of(cls, task: Task) -> Kind:
         """Return the kind of a solve."""
         scene, of = task.scene, task.realisations
-        return cls(scene.name, task.method, task.resolution, len(of), of[0] == 0, scene.rough)
+        setting = scene.name, task.method, task.resolution, len(of), of[0] == 0, scene.rough
+        # at other ranges equilibria are traced instead, and a flat face lets go as a whole
+        ball = scene.adhesion is not None and scene.adhesion.short_range
+        ball = ball and scene.indenter is not None and not scene.indenter.flat
+        return cls(*setting, METHODS[task.method].adhesive if ball else None)
 
     @property
     def surface_growth(self) -> float:
@@ -60,6 +66,8 @@ class Kind:
     def usual_seconds(self) -> float | None:
         """What such a job once took; of rough surfaces as they have points. None: unknown."""
         row = METHODS.get(self.method)
+        if self.apart is not None:
+            return self.apart * self.resolution**4
         if row is None or row.surface is None or not self.rough:
             return None if row is None else row.seconds
         doublings = math.log2(self.resolution / 64)
@@ -176,7 +184,8 @@ class Forecast:
         if here > 0.0:
             solving *= there / here
         else:
-            grown = kind.surface_growth if kind.rough else min(growth(kind.method), STEEPEST)
+            grown = STEEPEST if kind.apart is not None else min(growth(kind.method), STEEPEST)
+            grown = kind.surface_growth if kind.rough else grown
             grown **= math.log2(kind.resolution / nearest)
             solving += max(solving - OVERHEAD, 0.0) * (grown - 1.0)
         return cost.beside / cost.jobs + _repeated(solving, kind)

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 from comparisons.errors import ResultsError
 from comparisons.files import read_arrays, write_arrays
 from comparisons.geometry.prepare import RoughGeometry
-from comparisons.reasons import in_kind, one_line
+from comparisons.reasons import NO_EQUILIBRIUM, in_kind, one_line
 from comparisons.tasks.shown_loads import Fields, shown_steps
 from comparisons.tasks.stresses import FROM_PRESSURE
 from comparisons.tasks.task import Task
@@ -174,6 +174,14 @@ class Solution:
         for row, step in np.ndindex(task.shape):
             solution.fail((row, step), reason)
         return solution
+
+    @property
+    def answered(self) -> np.ndarray:
+        """Where it has an answer, be it that no equilibrium exists (realisations, steps)."""
+        answered = self.converged.copy()
+        for index, reason in self.reasons.items():
+            answered[index] = reason.startswith(NO_EQUILIBRIUM)
+        return answered
 
     def put_distributions(self, row: int, histograms: Mapping[str, np.ndarray]) -> None:
         """Store the distributions of one realisation at the last load."""

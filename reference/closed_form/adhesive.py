@@ -27,8 +27,8 @@ from reference.closed_form.form import Array, ByRadius, ClosedForm, require_posi
 class AdhesivePath:
     """An adhesive contact along a path of loads; arrays of shape (k,)."""
 
-    # zero radius and force without contact; zero penetration if a prescribed tensile force has no
-    # equilibrium
+    # zero radius and force without contact; penetration and force are NaN if a prescribed pull has
+    # no equilibrium
     contact_radius: Array
     penetration: Array
     force: Array
@@ -112,7 +112,7 @@ class AdhesiveForm:
             # a, d and F
             depth_given = control == "penetration"
             if radius == 0:
-                return 0.0, load if depth_given else 0.0, 0.0
+                return (0.0, load, 0.0) if depth_given else (0.0, np.nan, np.nan)
             stiffness = 2 * self.effective_modulus * radius
             if depth_given:
                 force = stiffness * load if self._fixed else float(self.force(radius))

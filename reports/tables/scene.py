@@ -286,7 +286,7 @@ def _lost_of(scene: SceneRecord, method: str, level: float) -> tuple[int, int]:
     rows = scene.setting_rows(method, level)
     rows = rows.where(rows["realisation"] != MEAN)
     planned = scene.cost(method, level).surfaces * len(set(rows["step"]))
-    return int((~rows["converged"]).sum()), max(planned, len(rows))
+    return int(rows.lost.sum()), max(planned, len(rows))
 
 
 def stability(scene: SceneRecord) -> Table:

@@ -87,7 +87,7 @@ def solved():
         (plan, *_) = plan_scene(load_scene(scene))
         task = task_of(plan, method, resolution, **how)
         solution = execute(replace(task, quantities=(*task.quantities, *quantities)))
-        assert lost or solution.converged.all(), solution.reasons
+        assert lost or solution.answered.all(), solution.reasons
         return solution
 
     return solve

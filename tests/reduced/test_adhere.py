@@ -184,7 +184,8 @@ def test_the_path_is_that_of_a_plain_search(shape, control):
     radius, step = searched_path(SHAPES[shape], control, path)
     contact = adhere(Springs(SHAPES[shape], 1.0), W, LoadPath(control, path))
     np.testing.assert_allclose(contact.contact_radius, radius, atol=2 * step, rtol=0)
-    assert contact.holds.all() == (control == "penetration")
+    apart = (radius == 0) & (control == "force")
+    np.testing.assert_array_equal(np.isnan([contact.force, contact.penetration]), [apart, apart])
 
 
 def test_a_shelf_is_crossed_in_a_jump_both_ways():
@@ -240,8 +241,8 @@ def test_jumps_lose_energy_and_states_obey_the_rule(shape, control, loads, sprin
     )
     # a fold that a rounding error opens loses a rounding error
     assert all(event.dissipated >= -1e-12 for event in contact.events)
-    assert np.isfinite(contact.penetration).all()
     a = contact.contact_radius
+    assert np.isfinite(contact.penetration[(a > 0) | (control == "penetration")]).all()
     free = (a > 0) & (a < profile.edge)
     if free.any():
         depth, _ = equilibrium(profile, 1.0, W, a[free])

@@ -7,6 +7,7 @@ from itertools import pairwise
 import pytest
 
 from comparisons.facts.methods import METHODS
+from comparisons.scene.scene import load_scene
 from comparisons.solving.jobs import OVERHEAD, REPEAT_SECONDS, Forecast, Kind, Remaining
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
@@ -128,6 +129,17 @@ def test_short_solves_are_repeated_for_their_time_only_on_the_first_surfaces(kin
 def test_before_any_job_one_of_our_methods_costs_at_least_what_it_once_did(kind):
     expected = Forecast().remaining([kind, kind], 1)
     assert expected == Remaining(2 * kind.usual_seconds, complete=False)
+
+
+def test_a_contact_taken_apart_cell_by_cell_takes_minutes():
+    """It took 2, 13 and 204 s on a busy host, by half of them idle; seven were told for all."""
+    (plan,) = plan_scene(load_scene("adhesive-ball"))
+    coarse, middle, fine = (Kind.of(task_of(plan, "bem_fft", n)) for n in (6, 12, 24))
+    forecast = Forecast()
+    assert forecast.remaining([coarse, middle, fine], 1).seconds > 30
+    forecast.learn(middle, 12.9)
+    assert 204 / 2 < forecast.cost(fine) < 2 * 204
+    assert Kind.of(task_of(plan, "reduced", 40)).usual_seconds < 1
 
 
 def test_a_finer_grid_than_any_so_far_makes_another_scene_a_lower_bound(kind):
