@@ -245,7 +245,10 @@ class GridAdhesion(HalfSpaceGrid):
             top += 0.5 * length + 0.2 * abs(top)
         else:
             raise ConvergenceError("the largest load of an adhesive path was not reached")
-        places, states, residuals = path.follow(control, values), [], []
+        # at zero force it touches, however far apart bodies bear nothing, too
+        slight = 1e-9 * float(path.force.max()) if control == "force" else 0.0
+        places = path.follow(control, np.where(values == 0, slight, values))
+        states, residuals = [], []
         for (i, part), load in zip(places, map(float, values), strict=True):
             before, after = path.points[i : i + 2]
             if part == 1.0 and i == len(path.points) - 2 and control == "force":  # apart
@@ -272,7 +275,8 @@ class GridAdhesion(HalfSpaceGrid):
             if fold is not None and passed:
                 pull = max(pull, -fold[1])
         unknowns = int(np.isfinite(gap).sum())
-        strongest, violation = float(path.force.min()), float(np.max(residuals))
+        strongest = float(path.force.min()) if fold is None else fold[1]
+        violation = float(np.max(residuals))
         curves = _curves(states, pull)
         return _held(task, curves, strongest, unknowns=unknowns, violation=violation)
 
