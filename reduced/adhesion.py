@@ -236,7 +236,10 @@ def adhere(springs: Springs, work: float, path: LoadPath) -> Adhesion:
     """
     way = _follow(springs, work, path.control, path.values)
     states, dissipated = (np.array(part) for part in zip(*way.record, strict=True))
-    return Adhesion(*states.T, dissipated, tuple(way.events), way.spacing)
+    penetration, force, radius, energy = states.T
+    return Adhesion(
+        *(penetration, force, radius, energy, dissipated), tuple(way.events), way.spacing
+    )
 
 
 def pull_off(springs: Springs, work: float, control: str = "force") -> Event:
