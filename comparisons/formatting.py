@@ -332,15 +332,6 @@ def capitalised(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def memory(value: object) -> str:
-    """Write bytes with a decimal prefix.
-
-    >>> memory(1.5e9), memory(512)
-    ('1.50\u202fGB', '512\u202fB')
-    """
-    return with_unit(value, "B")
-
-
 def _relative_parts(value: object, digits: int) -> tuple[str, str]:
     if not finite(value):
         return MISSING, ""

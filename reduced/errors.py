@@ -30,7 +30,7 @@ def positive_faults(**values: object) -> list[str]:
     return [
         f"{name} must be finite and positive, got {value!r}"
         for name, value in values.items()
-        if not (_is_number(value) and np.isfinite(value) and value > 0)
+        if not (_is_finite(value) and value > 0)
     ]
 
 
@@ -39,7 +39,7 @@ def nonnegative_faults(**values: object) -> list[str]:
     return [
         f"{name} must be finite and >= 0, got {value!r}"
         for name, value in values.items()
-        if not (_is_number(value) and np.isfinite(value) and value >= 0)
+        if not (_is_finite(value) and value >= 0)
     ]
 
 
@@ -48,7 +48,7 @@ def finite_faults(**values: object) -> list[str]:
     return [
         f"{name} must be finite, got {value!r}"
         for name, value in values.items()
-        if not (_is_number(value) and np.isfinite(value))
+        if not _is_finite(value)
     ]
 
 
@@ -66,7 +66,7 @@ def increasing_faults(**lists: ArrayLike) -> list[str]:
 
 def poisson_faults(poisson_ratio: object) -> list[str]:
     """Return a message if Poisson's ratio is not that of a stable isotropic solid."""
-    good = _is_number(poisson_ratio) and -1 < poisson_ratio <= 0.5
+    good = _is_finite(poisson_ratio) and -1 < poisson_ratio <= 0.5
     return [] if good else [f"poisson_ratio must lie in (-1, 0.5], got {poisson_ratio!r}"]
 
 
@@ -75,7 +75,7 @@ def count_faults(least: int = 1, **values: object) -> list[str]:
     return [
         f"{name} must be an integer >= {least}, got {value!r}"
         for name, value in values.items()
-        if not (_is_number(value) and np.isfinite(value) and value == int(value) >= least)
+        if not (_is_finite(value) and value == int(value) >= least)
     ]
 
 
@@ -95,6 +95,6 @@ def refuse(wrong: list[str]) -> None:
         raise ValueError("; ".join(wrong))
 
 
-def _is_number(value: object) -> TypeGuard[float]:
+def _is_finite(value: object) -> TypeGuard[float]:
     array = np.asarray(value)
-    return array.ndim == 0 and array.dtype.kind in "iuf"
+    return array.ndim == 0 and array.dtype.kind in "iuf" and bool(np.isfinite(array))

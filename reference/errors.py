@@ -37,7 +37,7 @@ def positive_faults(**values: object) -> list[str]:
     return [
         f"{name} must be positive and finite, not {value!r}"
         for name, value in values.items()
-        if not (_is_number(value) and np.isfinite(value) and value > 0)
+        if not (_is_finite(value) and value > 0)
     ]
 
 
@@ -87,6 +87,6 @@ def refuse(faults: list[str]) -> None:
         raise ValueError("; ".join(faults))
 
 
-def _is_number(value: object) -> TypeGuard[float]:
+def _is_finite(value: object) -> TypeGuard[float]:
     array = np.asarray(value)
-    return array.ndim == 0 and array.dtype.kind in "iuf"
+    return array.ndim == 0 and array.dtype.kind in "iuf" and bool(np.isfinite(array))

@@ -30,7 +30,16 @@ from pydantic import (
 )
 
 from comparisons.errors import ResultsError
-from comparisons.facts.methods import GRID, METHODS, MODEL, NOT_ASKED, is_known, ours, title_of
+from comparisons.facts.methods import (
+    GRID,
+    METHODS,
+    MODEL,
+    NOT_ASKED,
+    dimension_of,
+    is_known,
+    ours,
+    title_of,
+)
 from comparisons.facts.quantities import FIELDS, main_axis, quantity
 from comparisons.files import read_arrays
 from comparisons.formatting import count
@@ -349,14 +358,13 @@ class SceneRecord:
 
         surfaces, solves = int(first("surfaces", 1.0)), ""
         if surfaces > 1:  # in words what a mean stands on (`comparisons.judging.levels.Levels`)
-            row = METHODS.get(method)
+            dimension = dimension_of(method)
             levels = [n for n in self.resolutions_run(method) if n <= resolution]
             beside = ""
-            three = row is None or row.dimension == 3
-            if three and method != GRID and self.resolutions_run(GRID):
+            if dimension == 3 and method != GRID and self.resolutions_run(GRID):
                 levels, beside = [resolution], f" beside those of {title_of(GRID)}"
             numbers = [count(first("surfaces", 1.0, level)) for level in levels]
-            noun = "lines" if row is not None and row.dimension == 1 else "surfaces"
+            noun = "lines" if dimension == 1 else "surfaces"
             solves = f"{' + '.join(numbers)} {noun}{beside}"
         total, setup = first("seconds_all"), first("setup_seconds_all")
         return Cost(total, setup, first("seconds"), surfaces, solves)
@@ -433,8 +441,7 @@ class SceneRecord:
 
     def by_chance(self, method: str) -> str:
         """Return why a method of lines or statistics holds by chance where it holds; else ""."""
-        row = METHODS.get(method)
-        return self.reference.chance if row is not None and row.dimension < 3 else ""
+        return self.reference.chance if dimension_of(method) < 3 else ""
 
     @property
     def too_steep(self) -> bool:

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from comparisons.facts.methods import METHODS, growth
+from comparisons.facts.methods import METHODS, dimension_of, growth
 
 if TYPE_CHECKING:
     # Processes that only carry out jobs start in a third of the time without the scenes.
@@ -59,8 +59,7 @@ class Kind:
     def surface_growth(self) -> float:
         """Factor of the time of a rough surface (line) with twice as many points a side."""
         # by any method it takes about as long as it has points
-        row = METHODS.get(self.method)
-        return 2.0 if row is not None and row.dimension == 1 else 4.0
+        return 2.0 if dimension_of(self.method) == 1 else 4.0
 
     @property
     def usual_seconds(self) -> float | None:

@@ -139,7 +139,7 @@ def costs(effort: str = "full") -> list[list[str]]:
         for n, seconds, memory, error in zip(
             *(series.points, series.seconds, series.memory, series.errors), strict=True
         ):
-            storage = fmt.memory(memory) if memory > LEAST_MEMORY else "below 1 MB"
+            storage = fmt.with_unit(memory, "B") if memory > LEAST_MEMORY else "below 1 MB"
             size = "–" if name == "reduced" else fmt.relative(error)
             cells = (f"{n:.0f}", fmt.duration(seconds), storage, size)
             rows.append([METHODS[name].title, *cells])

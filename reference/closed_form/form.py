@@ -107,11 +107,15 @@ class ClosedForm:
         depth = self._depth(penetration)
         if self.stiffness_of is not None:
             return self.stiffness_of(depth)
-        return 2 * self.effective_modulus * self._axes(depth)[0]
+        return 2 * self.effective_modulus * self.semi_axes(depth)[0]
 
     def semi_axes(self, penetration: ArrayLike) -> tuple[Any, Any]:
         """Half-lengths of the contact along x and y."""
-        return self._axes(self._depth(penetration))
+        depth = self._depth(penetration)
+        if self.radius_of is not None:
+            return (self.radius_of(depth),) * 2
+        assert self.axes_of is not None
+        return self.axes_of(depth)
 
     def contact_area(self, penetration: ArrayLike) -> Any:
         """Area of the contact."""
@@ -130,7 +134,7 @@ class ClosedForm:
         """
         x, y = np.asarray(x, float), np.asarray(y, float)
         x, y, d = np.broadcast_arrays(x, y, self._depth(penetration))
-        half_x, half_y = self._axes(d)
+        half_x, half_y = self.semi_axes(d)
         loaded = d > 0
         rho = np.full(d.shape, np.inf)
         scaled_x = np.divide(x, half_x, out=rho.copy(), where=loaded)
@@ -162,9 +166,3 @@ class ClosedForm:
     @cached_property
     def _force_limit(self) -> float:
         return float(self.force_of(np.asarray(self.limit))) if self.limit_reason else math.inf
-
-    def _axes(self, depth: Array) -> tuple[Array, Array]:
-        if self.radius_of is not None:
-            return (self.radius_of(depth),) * 2
-        assert self.axes_of is not None
-        return self.axes_of(depth)

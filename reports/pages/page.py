@@ -16,7 +16,7 @@ import re
 import zlib
 from collections.abc import Mapping
 from contextlib import suppress
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -108,17 +108,14 @@ def embedded_json(value: Any) -> Markup:
     >>> print(embedded_json({"a": "</script>"}))
     {"a":"\u003c/script>"}
     """
+    dumps = partial(json.dumps, allow_nan=False, separators=(",", ":"), ensure_ascii=False)
     try:
-        text = _json(value)  # figures nearly always are plain already
+        text = dumps(value)  # figures nearly always are plain already
     except (TypeError, ValueError):
-        text = _json(plain(value))
+        text = dumps(plain(value))
     for character in "<&\u2028\u2029":
         text = text.replace(character, f"\\u{ord(character):04x}")
     return Markup(text)  # noqa: S704
-
-
-def _json(value: Any) -> str:
-    return json.dumps(value, allow_nan=False, separators=(",", ":"), ensure_ascii=False)
 
 
 def content_policy(scripts: list[str]) -> str:

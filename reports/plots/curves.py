@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from comparisons import formatting as fmt
-from comparisons.facts.methods import METHODS
+from comparisons.facts.methods import dimension_of
 from comparisons.facts.quantities import FIELDS, NORMAL, quantity
 from comparisons.judging.metrics import sizes_along_path
 from comparisons.results.measured import (
@@ -143,7 +143,7 @@ def difference(scene: SceneRecord, across: str, up: str) -> Figure | None:
     beside = _curves(scene, across, up)
     drawn = [item for item in beside if np.isfinite(item.errors).any()]
     apart = _apart(beside)
-    if scene.is_path or not drawn or not _coincide(apart):
+    if scene.is_path or not drawn or not fmt.ROUND_OFF < apart < COINCIDES:
         return None
     x = np.concatenate([item.series.x for item in drawn])
     loads = np.concatenate([item.loads for item in drawn])
@@ -163,10 +163,6 @@ def difference(scene: SceneRecord, across: str, up: str) -> Figure | None:
         (Level(0.0),),
         quantity=up,
     )
-
-
-def _coincide(apart: float) -> bool:
-    return bool(fmt.ROUND_OFF < apart < COINCIDES)
 
 
 @dataclass(frozen=True)
@@ -221,10 +217,8 @@ def _curves(scene: SceneRecord, across: str, up: str) -> list[_Curve]:
             low, high = value - half, value + half
             bands.append(Band(along, low, high, label=TRUTH_BAR, sideways=sideways))
         single = scene.realisations(method, resolution)
-        row = METHODS.get(method)
-        of_lines = row is not None and row.dimension == 1
         # Solvers of the same surfaces scatter alike: of them the truth's band says it all.
-        if len(single) and (truth in ("", method) or of_lines):
+        if len(single) and (truth in ("", method) or dimension_of(method) == 1):
             # 5 % to 95 % of the realisations, and the standard error of their mean: at the loads
             # of the mean, because the prescribed load is the same for all.
             grouped = pd.Series(single[name]).groupby(single["step"])
@@ -243,7 +237,7 @@ def _curves(scene: SceneRecord, across: str, up: str) -> list[_Curve]:
 
 def _caption(scene: SceneRecord, name: str, apart: float) -> str:
     parts = ["Each method at its finest resolution."]
-    if _coincide(apart):
+    if fmt.ROUND_OFF < apart < COINCIDES:
         where = "errors at every step" if scene.is_path else "differences from the reference"
         parts.append(f"The curves coincide within {fmt.relative(apart)}: see their {where}.")
     if scene.along == "step":

@@ -56,11 +56,6 @@ class Field:
     earlier: dict[int, Field] = field(default_factory=dict, repr=False)
 
     @property
-    def on_a_line(self) -> bool:
-        """Whether the pressure is given along a radius (axisymmetric solutions)."""
-        return bool(np.all(self.y == 0))
-
-    @property
     def on_a_grid(self) -> bool:
         """Whether the points form a regular grid rather than a mesh."""
         return len(self.shape) == 2
@@ -264,7 +259,7 @@ def _with_profiles(empty: Figure, fields: list[Field], curves: list[list[Profile
     series = []
     for item, profiles in zip(fields, curves, strict=True):
         style, (x, p) = look(item.method), profiles[-1]
-        mesh = not item.on_a_line and not item.on_a_grid
+        mesh = not item.on_a_grid and bool(item.y.any())  # others are along a radius
         series.append(
             Series(
                 *(style, x, p),

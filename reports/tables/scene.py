@@ -264,7 +264,7 @@ def _settings(scene: SceneRecord, pairs: list[tuple[str, str]]) -> Table:
             cells.count(unknowns),
             cells.duration(spent.seconds),
             cells.duration(spent.setup_seconds),
-            cells.number(fmt.memory(memory or None), memory),
+            cells.number(fmt.with_unit(memory or None, "B"), memory),
             outcome,
             *errors,
         )
