@@ -71,9 +71,7 @@ class Study(Campaign[None, StudyRecord]):
         self._begun = False
         # Scenes whose numbers of surfaces are not chosen yet, and what these will add.
         self._expected: dict[int, list[Kind]] = {}
-        # Tasks of all parts that were seen so far, and those of this one.
-        self._asked: set[str] = set()
-        self._own: dict[str, Task] = {}
+        self._own: dict[str, Task] = {}  # tasks of this part that were asked for
 
     def inquiries(self) -> dict[str, Inquiry[None]]:
         """Return one inquiry per plan; completed plans are refined while others are solved."""
@@ -86,30 +84,25 @@ class Study(Campaign[None, StudyRecord]):
 
         Every part of a study solves the first surfaces, so that all choose the same numbers.
         """
-        plan = self.plans[index]
+        plan, share = self.plans[index], slice(self.part[0] - 1, None, self.part[1])
         counted = {planned.method for planned in plan.methods if planned.numbers}
         first = [task for task in plan.tasks if task.method in counted]
-        self._expected[index] = expected(plan, self.effort)[self.part[0] - 1 :: self.part[1]]
-        yield self._jobs(first + self._share([t for t in plan.tasks if t not in first]))
+        rest = [task for task in plan.tasks if task.method not in counted]
+        self._expected[index] = expected(plan, self.effort)[share]
+        yield self._jobs(first + rest[share])
+        begun = {task.key for task in plan.tasks}
         self.plans[index] = plan = enlarged(plan, self.solved(plan), self.effort)
         del self._expected[index]
-        yield self._jobs(self._share([t for t in plan.tasks if t.key not in self._asked]))
+        yield self._jobs([t for t in plan.tasks if t.key not in begun][share])
         if self.effort == "quick" or self._is_part:
             return
         for finer in refinements(plan, self.solved):
             self.plans[index] = finer
             yield self._jobs([t for t in finer.tasks if t.key not in self._solutions])
 
-    def _share(self, tasks: list[Task]) -> list[Task]:
-        """Return the tasks of this part; the others are not requested here."""
-        self._asked.update(task.key for task in tasks)
-        number, parts = self.part
-        return tasks[number - 1 :: parts]
-
     def _jobs(self, tasks: Iterable[Task]) -> list[Job]:
         jobs = {task.key: task for task in tasks}
         self._own.update(jobs)
-        self._asked.update(jobs)
         finest = _finest(self.plans)
         requested = []
         for task in jobs.values():

@@ -171,9 +171,7 @@ def scene_view(scene: SceneRecord, anchor: str) -> SimpleNamespace:
     return SimpleNamespace(
         record=scene,
         anchor=anchor,
-        title=scene.title or scene.name,
         family=family(scene),
-        confidence=scene.confidence,
         verdicts=next(iter(judged.values())),  # on the method that the page leads with
         judged=judged,  # label (none where the model leads) -> quantity -> verdict
         others=others(scene),
@@ -199,7 +197,6 @@ def scene_view(scene: SceneRecord, anchor: str) -> SimpleNamespace:
         times=times_to_errors(scene, advice),
         stability=tables.stability(scene),
         steps=tables.load_steps(scene),
-        seconds=scene.spent,
         picture=pictures.Picture(),
     )
 

@@ -134,7 +134,7 @@ def _drawable(study: StudyRecord) -> dict[str, Drawable]:
     first = [Drawable("verdicts", "", VERDICTS_CAPTION, verdicts)]
     others = []
     for scene in study.scenes:
-        title, drawn = scene.title or scene.name, panels(scene)
+        title, drawn = scene.title, panels(scene)
         if drawn:
             curves = "load curves, the error of the quantity that decides the verdict over the load"
             shown = f"{curves}, and its" if not scene.of_one_load else "the"

@@ -247,8 +247,7 @@ def overview(scenes: Scenes) -> Figure | None:
             np.array([np.clip(_ratio(scene, setting), LOW, HIGH) for *_, scene, setting in items]),
             line=False,
             hover=tuple(
-                f"{scene.title or scene.name}\n{setting.text}\n"
-                f"{setting.deciding.text}: {setting.verdict}"
+                f"{scene.title}\n{setting.text}\n{setting.deciding.text}: {setting.verdict}"
                 for *_, scene, setting in items
             ),
             faint=0.75,

@@ -86,7 +86,7 @@ def values(scene: SceneRecord) -> Table:
                 judged.append(cells.number("reference", 0.0) if truth else cells.of_verdict(item))
             columns.append(judged)
     title = (
-        f"{scene.title or scene.name}: values at every load, of the reference first, each method "
+        f"{scene.title}: values at every load, of the reference first, each method "
         "at its finest resolution; means over surfaces and lines where there are several. "
         "Stresses are those below the pressure that the method found."
     )
