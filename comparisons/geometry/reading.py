@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from comparisons.errors import InputError
-from comparisons.formatting import memory
+from comparisons.formatting import with_unit
 from comparisons.isolation import parent
 from comparisons.machine import MEMORY_SHARE, free_memory
 
@@ -64,9 +64,9 @@ def read_apart(reader: str, path: Path, *arguments: Any, remedy: str) -> dict[st
     )
     if outcome.ended == parent.OUT_OF_MEMORY:
         free = "" if limit == MOST_MEMORY else ", 80 % of the free memory"
+        size, most = (with_unit(number, "B") for number in (path.stat().st_size, limit))
         raise FileError(
-            f"this file of {memory(path.stat().st_size)} needs more than {memory(limit)} of memory"
-            f"{free}, to be read: {remedy}"
+            f"this file of {size} needs more than {most} of memory{free}, to be read: {remedy}"
         )
     if outcome.ended == parent.HUNG:
         raise FileError(f"not read within {MOST_SECONDS:g} s: {remedy}")
