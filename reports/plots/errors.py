@@ -91,9 +91,6 @@ def _figure(
         series += [*parted(whole, low), *sign_marks(whole, error, low, high)]
     upright = with_foot(error_axis(low, high, "relative error", row.label), series)
     loads = np.concatenate([scene.compared_along(rows) for rows in tables.values()])
-    equal = scene.along
-    if equal in NORMAL:
-        equal = {"force": "penetration", "penetration": "force"}.get(name, equal)
     # The bar of the reference, from the method with most steps.
     column = f"reference_uncertainty_{name}"
     known = [np.isfinite(rows[column]).sum() for rows in tables.values()]
@@ -119,7 +116,7 @@ def _figure(
             lost.setdefault(item.method, {}).setdefault(item.load, []).append(refusal(scene, item))
     return Figure(
         f"error-{name}",
-        f"Error of {row.label} at equal {quantity(equal).label}",
+        f"Error of {row.label} at equal {quantity(scene.equal_at(name)).label}",
         f"{CAPTION} {PATH_CAPTION}" if scene.is_path else CAPTION,
         value_axis(scene.along, loads, wants_log(loads) and not scene.is_path),
         upright,

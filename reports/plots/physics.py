@@ -24,10 +24,8 @@ from reports.plots.style import DASHED, DOTTED, INK, MUTED, Look, look
 WIDEST_FILM = 5.0
 HIGHEST_WORN = 1.5  # heights of a worn body are shown up to so many times the highest that wears
 SHADES = ("#9ecae1", "#4292c6", "#08519c", "#08306b")
-SECTION_POINTS, BEYOND_YIELD = (
-    160,
-    1.4,
-)  # a side of a section, and its reach beyond what has yielded
+SECTION_POINTS = 160  # a side of a section
+BEYOND_YIELD = 1.4  # its reach over what has yielded
 SECTION_DEPTHS = 120
 DENTED = "residual_depth force contact_area"
 STRESSED = "pressure force contact_area"

@@ -141,6 +141,15 @@ def test_ensembles_show_the_mean_between_its_bands(study):
         assert all(a <= b <= c for a, b, c in zip(low, mean["y"], high, strict=True))
 
 
+def test_errors_at_a_prescribed_mean_gap_are_at_equal_gap(study):
+    """It has no counterpart: force and depth are compared there, too, and not at each other."""
+    figures = errors.errors(replace(study.scenes[1], control="mean_gap"))
+    assert [figure.title for figure in figures] == [
+        "Error of penetration depth at equal mean gap",
+        "Error of contact area at equal mean gap",
+    ]
+
+
 def test_errors_tell_their_sign_on_hover_and_have_one_marker(study):
     """Hollow means "without set-up" or "failed" elsewhere; a legend shows what is drawn."""
     figure = errors.errors(study.scenes[0])[0]
