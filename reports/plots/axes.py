@@ -216,4 +216,4 @@ def failed(style: Look, x: Iterable[float], edge: float, reasons: Iterable[str])
 
 def refusal(scene: SceneRecord, item: Failure) -> str:
     """Return the setting and the reason of a failure."""
-    return f"{look(item.method, scene).label}, N = {fmt.count(item.resolution)}: {item.reason}"
+    return f"{look(item.method, scene).at(item.resolution)}: {item.reason}"

@@ -206,7 +206,7 @@ def _curves(scene: SceneRecord, across: str, up: str) -> list[_Curve]:
             *(style, x, y),
             marks=not exact,
             bars=half if visible and not sideways else None,
-            hover=style.label if exact else f"{style.label}, N = {fmt.count(resolution)}",
+            hover=style.label if exact else style.at(resolution),
         )
         bands = []
         low, high = (rows[f"{name}_{side}"] for side in ("lower", "upper"))

@@ -81,7 +81,7 @@ def _figure(
     for method, rows in tables.items():
         style, error = look(method, scene), rows[f"error_{name}"]
         loads = scene.compared_along(rows)
-        title = f"{style.label}, N = {fmt.count(rows['resolution'][0])}"
+        title = style.at(rows["resolution"][0])
         hover = tuple(
             f"{title}\n{fmt.with_unit(load, along.unit)}\nerror {fmt.signed_error(value)}"
             for load, value in zip(loads, error, strict=True)

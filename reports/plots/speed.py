@@ -168,7 +168,7 @@ def _method_series(scene: SceneRecord, method: str, points: Points, bar: float) 
         style = style.labelled(f"{style.label}*")
     texts, singles = [], []
     for item, spent, unknowns in points:
-        at, count = f"{style.label}, N = {fmt.count(item.resolution)}", fmt.count(spent.surfaces)
+        at, count = style.at(item.resolution), fmt.count(spent.surfaces)
         error = item.number
         if abs(item.error) <= bar:
             error = f"≤ {fmt.relative(bar)}, the bar of the reference: {error}"

@@ -23,12 +23,7 @@ class Stored:
     method: str
     resolution: int
     fields: Fields
-    label: str  # of the method in its scene
-
-    @property
-    def source(self) -> str:
-        """Whose fields these are, for a caption."""
-        return f"{self.label}, N = {self.resolution}"
+    source: str  # whose fields these are, for a caption
 
 
 def stored_fields(scene: SceneRecord, methods: Iterable[str] = ()) -> Iterator[Stored]:
@@ -36,8 +31,9 @@ def stored_fields(scene: SceneRecord, methods: Iterable[str] = ()) -> Iterator[S
     for method in methods or drawing_order(scene.methods):
         levels = [level for name, level in scene.fields if name == method]
         if levels:
-            fields = scene.load_fields(method, max(levels))
-            yield Stored(method, max(levels), fields, look(method, scene).label)
+            finest = max(levels)
+            fields = scene.load_fields(method, finest)
+            yield Stored(method, finest, fields, look(method, scene).at(finest))
 
 
 def finest_fields(scene: SceneRecord, *names: str) -> Stored | None:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from comparisons.facts.methods import BUILT_IN, CLOSED_FORM, METHODS, MODEL, references
+from comparisons.formatting import count
 
 if TYPE_CHECKING:
     from comparisons.results.record import SceneRecord
@@ -56,6 +57,10 @@ class Look:
     def labelled(self, label: str) -> Look:
         """Return the same look under another name."""
         return replace(self, label=label)
+
+    def at(self, resolution: float) -> str:
+        """Return the name with a resolution."""
+        return f"{self.label}, N = {count(resolution)}"
 
 
 LOOKS = {

@@ -335,7 +335,7 @@ def lost_solves(scene: SceneRecord) -> list[str]:
         key = (item.method, item.resolution, item.reason)
         steps_lost[key] = steps_lost.get(key, 0) + int(np.isfinite(item.load))
     return [
-        f"{look(method, scene).label}, N = {fmt.count(level)}"
+        look(method, scene).at(level)
         + (f", {steps} load step{'s' if steps > 1 else ''}" if steps else "")
         + f": {reason or 'no reason given'}"
         for (method, level, reason), steps in steps_lost.items()

@@ -18,6 +18,7 @@ from reports.plots.interactive import spec
 from reports.plots.model import failure_view
 from reports.plots.pressure import pressure_fields
 from reports.plots.stored import SliderSteps, Stored, slider_steps
+from reports.plots.style import look
 from reports.tables import scene as tables
 
 SCENE = SimpleNamespace(control="sliding_distance", of_one_load=False)
@@ -27,7 +28,8 @@ SCENE = SimpleNamespace(control="sliding_distance", of_one_load=False)
 def stores(monkeypatch):
     def store(method: str, level: int, fields: dict[str, np.ndarray]):
         def finest(scene, *names):
-            return Stored(method, level, fields, method) if set(names) <= fields.keys() else None
+            stored = Stored(method, level, fields, look(method).at(level))
+            return stored if set(names) <= fields.keys() else None
 
         monkeypatch.setattr(physics, "finest_fields", finest)
         return fields
