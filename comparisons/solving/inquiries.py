@@ -57,7 +57,7 @@ class Inquiries(Generic[A]):
         self,
         executor: Executor | None = None,
         answers: Answers | None = None,
-        received: Callable[[Done], object] = lambda done: None,
+        received: Callable[[Done], None] | None = None,
     ) -> None:
         self.answers: dict[str, A] = {}  # of the inquiries that have ended
         # Why the others came to no answer: the process of a job was ended again and again.
@@ -98,8 +98,7 @@ class Inquiries(Generic[A]):
             solving = float(getattr(done.value, "seconds", math.inf))
             self._forecast.learn(done.job.kind, done.seconds - compilation, solving)
             del self._open[key]
-            self._done.add(key)
-            self._received(done)
+            self._receive(done)
             for wait in self._waiting.pop(key):
                 wait.answers[key] = done
                 wait.missing.discard(key)
@@ -120,8 +119,7 @@ class Inquiries(Generic[A]):
                     if done is not None:
                         wait.answers[job.key] = done
                         if job.key not in self._done:
-                            self._done.add(job.key)
-                            self._received(done)
+                            self._receive(done)
                 missing = {job.key: job for job in jobs if job.key not in wait.answers}
                 if missing:
                     wait.missing.update(missing)
@@ -136,6 +134,11 @@ class Inquiries(Generic[A]):
             self.answers[name] = end.value
         except LostWorkError as error:
             self.lost[name] = str(error)
+
+    def _receive(self, done: Done) -> None:
+        self._done.add(done.job.key)
+        if self._received is not None:
+            self._received(done)
 
 
 def answer_of(inquiry: Inquiry[A]) -> A:

@@ -153,11 +153,6 @@ class Figure:
     earlier: tuple[Figure, ...] = field(default=(), repr=False)
 
     @property
-    def moves(self) -> bool:
-        """Whether a load slider moves the plot."""
-        return bool(self.earlier)
-
-    @property
     def clipped(self) -> bool:
         """Whether markers are clipped at the frame; logarithmic axes contain all points."""
         return not (self.x.log or self.y.log)

@@ -512,7 +512,7 @@ def test_frames_hold_only_what_a_load_changes(study):
     from reports.plots.pressure import pressures
 
     (figure,) = pressures(study.scenes[0])
-    assert figure.moves
+    assert figure.earlier
     for frame in spec(figure)["frames"]:
         assert all(set(trace) <= {"x", "y"} for trace in frame["data"])
 
