@@ -82,6 +82,10 @@ class FormSolver(Solver[IndenterGeometry]):
         """Cite the solution."""
         return f"exact solution, nothing is discretised ({self.note})"
 
+    def warm_up(self, task: Task[IndenterGeometry]) -> None:
+        """Find the radii of pressures: once in a process, fifty times as long as a solve."""
+        unit_rings()
+
 
 class ClosedForm(FormSolver):
     """Exact solution on the half-space; no discretisation, so its resolution is 1."""

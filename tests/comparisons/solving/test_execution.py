@@ -8,6 +8,7 @@ import pytest
 
 from comparisons.errors import ResultsError
 from comparisons.files import write_arrays
+from comparisons.methods.normal.closed_form import unit_rings
 from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.methods.registry import SOLVERS, solver_for
 from comparisons.methods.solver import Solver
@@ -175,6 +176,19 @@ def test_time_is_the_median_of_three_and_compilation_is_apart(task, monkeypatch,
     assert solution.setup_seconds == 0.0234375
     assert solution.compile_seconds == 1.0
     assert execute(task()).compile_seconds == 0  # once per process
+
+
+def test_the_first_solve_of_a_closed_form_finds_no_radii(task):
+    """They take fifty times as long as the solve, and are found before the clock starts."""
+    made = task("closed_form", 1, compare={"quantities": ["force", "pressure"]})
+    solver = solver_for("closed_form", made.scene)
+    unit_rings.cache_clear()
+    solver.warm_up(made)
+    before = unit_rings.cache_info()
+    solver.solve(made)
+    after = unit_rings.cache_info()
+    assert after.hits > before.hits
+    assert after.misses == before.misses
 
 
 @pytest.mark.parametrize(("durations", "median"), [([2.0], 2.0), ([0.09375, 0.0625], 0.078125)])
