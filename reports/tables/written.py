@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 
 from rich import table as rich
 from rich.console import Console
-from rich.markup import escape
 
 from comparisons import formatting as fmt
 from reports.tables.cells import Table
@@ -190,10 +189,11 @@ def drawn(table: Table, *, unfolded: bool = False, tight: bool = False) -> rich.
     """Return a table without rules; long cells are wrapped, the first column unless `unfolded`.
 
     Columns of short cells keep their width, where the terminal has room for them all: the texts
-    beside them wrap, between words. A `tight` table has one space between columns.
+    beside them wrap, between words. A `tight` table has one space between columns. The console that
+    prints it has no markup.
     """
     result = rich.Table(
-        title=escape(table.title),
+        title=table.title,
         title_justify="left",
         box=None,
         pad_edge=False,
@@ -210,18 +210,18 @@ def drawn(table: Table, *, unfolded: bool = False, tight: bool = False) -> rich.
     room = shutil.get_terminal_size().columns - (1 if tight else 2) * (len(widths) - 1)
     kept = short if needed <= room else [False] * len(widths)
     for head, keep in zip(table.heads, kept, strict=True):
-        result.add_column(escape(head.text), overflow="fold", no_wrap=keep)
+        result.add_column(head.text, overflow="fold", no_wrap=keep)
     if unfolded:
         result.columns[0].no_wrap = True
     for place, row in enumerate(table.rows):
         style = "bold" if place in table.strong else None
-        result.add_row(*(escape(cell.text) for cell in row), style=style)
+        result.add_row(*(cell.text for cell in row), style=style)
     return result
 
 
 def plain(table: Table) -> str:
     """Return a table as text."""
-    console = Console(width=100, file=StringIO(), emoji=False, color_system=None)
+    console = Console(width=100, file=StringIO(), emoji=False, markup=False, color_system=None)
     with console.capture() as told:
         console.print(drawn(table, tight=True))
     return told.get().rstrip()

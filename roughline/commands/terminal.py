@@ -56,9 +56,9 @@ def print_plans(plans: list[Plan]) -> None:
         ]
         for line in lines:
             if line not in printed_lines:
-                console.print(f"  {line}", markup=False, highlight=False)
+                console.print(f"  {line}")
         if printed_lines.intersection(lines):
-            console.print("  and as above", markup=False, highlight=False, style="dim")
+            console.print("  and as above", style="dim")
         printed_lines.update(lines)
         console.print()
 
@@ -83,11 +83,11 @@ def print_study(
     console = _console()
     for scene in record.scenes:
         for note in scene.plan.doubts:
-            console.print(f"{scene.name}: {note}", markup=False, highlight=False)
+            console.print(f"{scene.name}: {note}")
         for sentence in scene.disagreements:
-            console.print(f"{scene.name}: {sentence}", style="bold", markup=False, highlight=False)
+            console.print(f"{scene.name}: {sentence}", style="bold")
         if wide := wide_truth(scene, record.effort):
-            console.print(f"{scene.name}: {wide}", markup=False, highlight=False)
+            console.print(f"{scene.name}: {wide}")
     methods = methods_of(record.scenes)
     findings = [finding_table(record.scenes, method) for method in methods]
     every = [verdict_table(record.scenes, method).without("cheapest") for method in methods]
@@ -103,27 +103,27 @@ def print_study(
             console.print(f"{len(record.scenes)} scenes; -v prints every quantity", style="dim")
     if verbose:
         for scene in record.scenes:
-            console.print(f"{scene.name}: {advise(scene).sentence}", markup=False, highlight=False)
+            console.print(f"{scene.name}: {advise(scene).sentence}")
     for scene in record.scenes:
         if single := advise(scene).single:
-            console.print(f"{scene.name}: {single}", markup=False, highlight=False)
+            console.print(f"{scene.name}: {single}")
         if sentence := modulus_sentence(scene):
-            console.print(f"{scene.name}: {sentence}", markup=False, highlight=False)
+            console.print(f"{scene.name}: {sentence}")
     if len(record.scenes) == 1:
         for heading, text in card(record.scenes[0]):
             if heading in SAID:
-                console.print(f"{heading}: {text}", markup=False, highlight=False)
+                console.print(f"{heading}: {text}")
     if (prepared := prepared_table(record.scenes)).rows:
         _print_rows(console, prepared)
     for line in asked_in_vain(record.scenes):
-        console.print(line, style="bold", markup=False)
+        console.print(line, style="bold")
     # the blocks of an ensemble are solves of their own, with one reason
     reasons = dict.fromkeys((t.scene.name, t.method, t.resolution, reason) for t, reason in lost)
     peers = {name for name, row in METHODS.items() if row.peer}  # their failures are footnotes
     for name, method, resolution, reason in sorted(reasons, key=lambda r: r[1] in peers)[:MANY]:
         style = "dim" if method in peers else "bold"
         setting = f"{name}, {method}, N = {resolution}"
-        console.print(f"lost: {setting}: {reason}", style=style, markup=False)
+        console.print(f"lost: {setting}: {reason}", style=style)
     if len(reasons) > MANY:
         console.print(f"... and {len(reasons) - MANY} more lost solves", style="bold")
     for table in findings:
@@ -131,7 +131,7 @@ def print_study(
         _print_rows(console, table)
     proved = [known for scene in record.scenes if (known := scene.reference.proved)]
     if proved:
-        console.print(tally(proved), markup=False, highlight=False)
+        console.print(tally(proved))
     _print_path(console, record.directory / "report.html", record.seconds)
 
 
@@ -139,10 +139,10 @@ def _print_rows(console: Console, table: Table) -> None:
     """Print a table with its note; on narrow terminals its rows as lines."""
     if console.width < NARROW:
         for row in table.rows:
-            console.print(" ".join(cell.text for cell in row), markup=False, highlight=False)
+            console.print(" ".join(cell.text for cell in row))
     else:
         console.print(drawn(table, tight=True))
-    console.print(table.note, style="dim", markup=False, highlight=False)
+    console.print(table.note, style="dim")
 
 
 def print_ensemble(result: EnsembleResult, directory: Path) -> None:
@@ -153,7 +153,7 @@ def print_ensemble(result: EnsembleResult, directory: Path) -> None:
     console.print(drawn(settings(record)))
     console.print(drawn(means(record, result.statistics)))
     for line in record.missing[:MANY]:
-        console.print(f"missing: {line}", style="bold", markup=False, highlight=False)
+        console.print(f"missing: {line}", style="bold")
     _print_path(console, directory, record.seconds)
 
 
@@ -167,17 +167,15 @@ def print_solution(result: SingleResult) -> None:
     console.print(
         f"resolution {result.resolution}, {solution.unknowns} unknowns, "
         f"{duration(solution.seconds)} (set-up {duration(solution.setup_seconds)})",
-        highlight=False,
     )
     surfaces = len(solution.converged)
     if surfaces > 1:
         console.print(
             f"means over {surfaces} surfaces or lines, known to {relative(result.half_width)} at "
             "worst; `roughline run` compares methods on the same ones",
-            highlight=False,
         )
     if solution.compile_seconds > COMPILED:
-        console.print(compiled(result.method, solution.compile_seconds), highlight=False)
+        console.print(compiled(result.method, solution.compile_seconds))
 
 
 def print_claims(record: ClaimsRecord, report: Path, took: str = "") -> None:
@@ -190,12 +188,12 @@ def print_claims(record: ClaimsRecord, report: Path, took: str = "") -> None:
     console = _console()
     for claim in record.claims:
         for text in claim.disagreements:
-            console.print(f"{claim.id}: {text}", style="bold", markup=False, highlight=False)
+            console.print(f"{claim.id}: {text}", style="bold")
     shown = record.claims
     if console.is_terminal and len(shown) > SCREEN:
         counts = Counter(claim.verdict for claim in shown).most_common()
         told = ", ".join(f"{number} {verdict}" for verdict, number in counts)
-        console.print(f"{len(shown)} claims: {told}", markup=False, highlight=False)
+        console.print(f"{len(shown)} claims: {told}")
         shown = [claim for claim in shown if claim.differs]
     if shown:
         # Findings are sentences: they wrap in a file, too, beside ids and verdicts in one piece.
@@ -222,7 +220,7 @@ def print_lists() -> None:
     }
     for key, names in catalogues.items():
         title = key.replace("-", " ")
-        console.print(f"{len(names):5} {title:<11} roughline list {key}", highlight=False)
+        console.print(f"{len(names):5} {title:<11} roughline list {key}")
 
 
 def print_benchmarks(timings: dict[str, list[Measurement]]) -> None:
@@ -234,8 +232,8 @@ def print_benchmarks(timings: dict[str, list[Measurement]]) -> None:
     console = _console()
     for name, rows in timings.items():
         console.print(drawn(measured(name, rows)))
-    console.print(f"one thread; {machine_text(machine(1))}", markup=False, highlight=False)
-    console.print(f"vector units: {vector_features()}", markup=False, highlight=False)
+    console.print(f"one thread; {machine_text(machine(1))}")
+    console.print(f"vector units: {vector_features()}")
 
 
 @contextmanager
@@ -255,7 +253,7 @@ def print_findings(findings: list[Finding], baseline: Path) -> None:
 
     console = _console()
     if not findings:
-        console.print(f"new baseline: {baseline}", markup=False)
+        console.print(f"new baseline: {baseline}")
         return
     console.print(drawn(against_baseline(findings, str(baseline))))
     drifted = len({finding.scene for finding in findings if finding.drifted})
@@ -264,12 +262,12 @@ def print_findings(findings: list[Finding], baseline: Path) -> None:
         if drifted
         else "nothing drifted"
     )
-    console.print(summary, markup=False)
+    console.print(summary)
 
 
 def print_text(text: str) -> None:
     """Print a sentence, wrapped by words on a terminal."""
-    _console().print(text, markup=False, highlight=False)
+    _console().print(text)
 
 
 def print_advice(advices: list[tuple[str, Advice]]) -> None:
@@ -280,9 +278,9 @@ def print_advice(advices: list[tuple[str, Advice]]) -> None:
     console = _console()
     for name, advice in advices:
         for text in filter(None, (f"{name}: {advice.sentence}", advice.single)):
-            console.print(text, markup=False, highlight=False)
+            console.print(text)
         console.print(drawn(measured_settings(advice)))
-    console.print(f"one thread; {machine_text(machine(1))}", markup=False, highlight=False)
+    console.print(f"one thread; {machine_text(machine(1))}")
 
 
 def print_hard_cases(record: HardCasesRecord, page: Path) -> None:
@@ -293,10 +291,10 @@ def print_hard_cases(record: HardCasesRecord, page: Path) -> None:
     console.print(drawn(outcomes(record), unfolded=True))
     for outcome in (*record.deviations, *record.lost):
         reason = outcome.deviation or f"lost: {outcome.reason}"
-        console.print(f"{outcome.case}, {outcome.method}: {reason}", style="bold", markup=False)
+        console.print(f"{outcome.case}, {outcome.method}: {reason}", style="bold")
     if record.outcomes and not (record.deviations or record.lost):
-        console.print("every outcome is as the catalogue expects", highlight=False)
-    console.print(f"\n{page}", markup=False)
+        console.print("every outcome is as the catalogue expects")
+    console.print(f"\n{page}")
 
 
 def print_table(table: Table, *, unfolded: bool = False) -> None:
@@ -311,7 +309,7 @@ def print_run_comparison(record: RunComparison, page: Path) -> None:
 
     console = _console()
     for note in record.notes:
-        console.print(escape(note), highlight=False)
+        console.print(note)
     moved = [c for c in record.changes if c.kinds != (SAME,)]
     notable = sorted((c for c in moved if not c.only_timed), key=lambda c: not c.bad)
     if notable:
@@ -322,8 +320,8 @@ def print_run_comparison(record: RunComparison, page: Path) -> None:
     timed = {word: sum(word in c.kinds for c in moved) for word in TIMED}
     if any(timed.values()):
         counts = ", ".join(f"{count} {word}" for word, count in timed.items())
-        console.print(f"times: {counts}; listed on the page", highlight=False)
-    console.print(f"{record.sentence}\n{page}", markup=False)
+        console.print(f"times: {counts}; listed on the page")
+    console.print(f"{record.sentence}\n{page}")
 
 
 class _Terminal(Console):
@@ -338,7 +336,7 @@ class _Terminal(Console):
 
 def _console() -> Console:
     """Return the console; lines are wrapped for a terminal only, not for a file or a pipe."""
-    console = _Terminal(emoji=False)
+    console = _Terminal(emoji=False, markup=False, highlight=False)
     if not console.is_terminal and "COLUMNS" not in os.environ:
         console.width = UNFOLDED
     return console
@@ -349,4 +347,4 @@ def _print_path(console: Console, path: Path, seconds: float, took: str = "") ->
     from comparisons.formatting import duration
 
     time = f"{path}  ({took}{duration(seconds)})"
-    console.print(time, markup=False, highlight=False, soft_wrap=True)
+    console.print(time, soft_wrap=True)

@@ -38,7 +38,7 @@ def judged():
 
 
 def on_a_terminal(given) -> str:
-    console = Console(width=200, emoji=False)
+    console = Console(width=200, emoji=False, markup=False)
     with console.capture() as said:
         console.print(drawn(given))
     return said.get()
