@@ -23,7 +23,7 @@ PARSED_ONLY = {
     r"roughline run( --full --workers 2)?$": "the whole quick suite: .ci/run runs it",
     r"roughline run (impact-ball|physics|friction-steel|afm-scan)": "minutes",
     r"roughline claims( --quick| --full)?( --workers 2)?$": "minutes; tests judge them",
-    r"roughline claims rough-area|roughline claims impact|roughline claims my-new": "minutes",
+    r"roughline claims (rough-area|impact|my-new|adhesion-rough)": "minutes",
     r"roughline claims --method": "minutes",
     r"roughline claims --stale": "its exit code is the state of the record; test_claim_files.py",
     r"roughline hard-cases( --full)?$|roughline hard-cases winkler": "minutes; tests run them all",
