@@ -9,13 +9,14 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from pydantic import BaseModel
 
 from comparisons import formatting as fmt
 from comparisons.facts.methods import CLOSED_FORM
 from comparisons.facts.quantities import quantity
 from comparisons.results.record import SceneRecord, StudyRecord
 from comparisons.results.rows import NO_ROWS, Rows
-from comparisons.scene.fields import excerpt
+from comparisons.scene.fields import excerpt, unit_of
 
 # The same solve on another machine ends within the tolerance of its iterations (1e-6).
 MOVED = 1e-5
@@ -48,9 +49,11 @@ class Change:
     # The largest error of the quantities compared with the truth, before and after (NaN where there
     # is none, as for the truth itself).
     errors: tuple[float, float] = (float("nan"), float("nan"))
+    errors_of: tuple[str, str] = ("", "")  # their quantities
     # Time before and after (NaN where not solved).
     seconds: tuple[float, float] = (float("nan"), float("nan"))
-    text: str = ""  # the same in words
+    moved: str = ""  # each quantity that moved, by how much
+    text: str = ""  # all of it in words
 
     @property
     def quantity(self) -> str:
@@ -98,6 +101,19 @@ class RunComparison:
     def failed(self) -> tuple[Change, ...]:
         """What moved, was lost or changed its verdict."""
         return tuple(change for change in self.changes if change.bad)
+
+    @property
+    def alike(self) -> dict[str, str]:
+        """What moved, by scene, where all solves moved alike: the input did, not a method."""
+        moved: dict[str, list[str]] = {}
+        for change in self.compared:
+            only = {CHANGED, *TIMED}.issuperset(change.kinds)
+            moved.setdefault(change.scene, []).append(change.moved if only else "")
+        return {
+            scene: f"{scene}: in all {len(own)} solves {own[0]}"
+            for scene, own in moved.items()
+            if own[0] and own.count(own[0]) == len(own) > 1
+        }
 
     @property
     def sentence(self) -> str:
@@ -206,22 +222,30 @@ def differences(was: SceneRecord, now: SceneRecord) -> list[str]:
         | {"compare.tolerance": scene.tolerance}  # also where it is the default
         for scene in (was, now)
     ]
-    return [
-        f"{key.removesuffix('.values')}: {' → '.join(_in_words(key, s.get(key)) for s in sides)}"
-        for key in dict.fromkeys([*sides[0], *sides[1]])
-        if key != "name" and sides[0].get(key) != sides[1].get(key)
-    ]
+    told = []
+    for key in dict.fromkeys([*sides[0], *sides[1]]):
+        if key == "name" or sides[0].get(key) == sides[1].get(key):
+            continue
+        table, unit = now.scene, ""
+        for name in key.split("."):
+            known = type(table).model_fields if isinstance(table, BaseModel) else {}
+            unit = unit_of(known[name]) if name in known else ""
+            table = getattr(table, name, None)
+        texts = (_in_words(key, side.get(key), unit) for side in sides)
+        told.append(f"{key.removesuffix('.values')}: {' → '.join(texts)}")
+    return told
 
 
-def _in_words(key: str, value: Any) -> str:
-    """Return what a scene says under a key: loads with their unit, a long list by its ends."""
+def _in_words(key: str, value: Any, unit: str = "") -> str:
+    """Return what a scene says under a key, with its unit, a long list by its ends."""
     if key == "compare.tolerance":
         return fmt.tolerance(value)
     values = value if isinstance(value, list) else [value]
     if not values or not all(type(item) in (int, float) for item in values):
         return "not given" if value is None else excerpt(value)
     table, _, name = key.removesuffix(".values").partition(".")
-    scale = fmt.prefix_for(values, quantity(name).unit if table == "loading" else "")
+    unit = quantity(name).unit if table == "loading" else unit
+    scale = fmt.prefix_for(values, unit) if unit.isalpha() else fmt.Scale(1.0, unit)
     texts = [fmt.without_padding(fmt.number(item * scale.factor, 12)) for item in values]
     text = ", ".join(texts) if len(texts) <= 4 else f"{len(texts)} from {texts[0]} to {texts[-1]}"
     return f"{text}{fmt.THIN}{scale.unit}" if scale.unit else text
@@ -306,9 +330,13 @@ def _change(
         named = ", ".join(name.replace("_", " ") for name in gone)
         kinds[LOST] = "; ".join(filter(None, [kinds.get(LOST), f"no value of {named} any more"]))
     moves = _moves(answered, known, is_path=now.is_path)
-    quantity, change = max(moves.items(), key=lambda item: abs(item[1]), default=("", 0.0))
-    if abs(change) > moved:
-        kinds[CHANGED] = f"{quantity.replace('_', ' ')} moved by {fmt.signed_error(change)}"
+    told = [
+        f"{name.replace('_', ' ')} by {fmt.signed_error(change)}"
+        for name, change in moves.items()
+        if abs(change) > moved
+    ]
+    if told:
+        kinds[CHANGED] = ", ".join(told).replace(" by ", " moved by ", 1)
 
     # verdicts, and the largest error of the solve
     sides = [
@@ -323,8 +351,10 @@ def _change(
     ]
     if told:
         kinds[VERDICT] = "; ".join(told)
-    sizes = [[abs(verdict.error) for verdict in side.values()] for side in sides]
-    errors = tuple(max((e for e in side if fmt.finite(e)), default=float("nan")) for side in sizes)
+    known_errors = (
+        [(abs(v.error), v.quantity) for v in side.values() if fmt.finite(v.error)] for side in sides
+    )
+    largest = [max(side, default=(float("nan"), "")) for side in known_errors]
 
     # times, which all rows of a solve share
     first, second = (float(rows["seconds"][0]) for rows in (old, new))
@@ -337,8 +367,10 @@ def _change(
         resolution,
         tuple(kinds) or (SAME,),
         moves,
-        (errors[0], errors[1]),
+        (largest[0][0], largest[1][0]),
+        (largest[0][1], largest[1][1]),
         (first, second),
+        kinds.get(CHANGED, ""),
         "; ".join(kinds.values()) or "same",
     )
 

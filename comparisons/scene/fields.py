@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, ValidationInfo
 from pydantic_core import PydanticCustomError
@@ -67,6 +67,27 @@ def quantity(dimension: Dimension, *, sign: Sign = "positive", kind: str = "numb
         return number
 
     return WithUnit(check, dimension=dimension)
+
+
+_READABLE = {
+    "a plain number": "",
+    "kg s^-2": "J/m²",
+    "kg m^-1 s^-1": "Pa s",
+    "kg^-1 m s^2": "1/Pa",
+    "m s^-1": "m/s",
+    "m^-1": "1/m",
+}
+
+
+def unit_of(field: Any) -> str:
+    """Return the unit of a field of a table, from the validator that reads it."""
+    waiting = [*field.metadata, field.annotation]
+    while waiting:
+        part = waiting.pop()
+        if isinstance(part, WithUnit):
+            return _READABLE.get(str(part.dimension), str(part.dimension))
+        waiting += [*getattr(part, "__metadata__", ()), *get_args(part)]
+    return ""
 
 
 Length = Annotated[float, quantity(LENGTH, kind="length")]

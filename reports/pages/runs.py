@@ -43,13 +43,15 @@ def comparison_page(record: RunComparison, command: str) -> str:
     timed = [change for change in solves if change.only_timed]
     one_sided, same = ([c for c in solves if c.kinds == (kind,)] for kind in (ONE_SIDED, SAME))
     unlike = [c for c in solves if c.kinds not in ((SAME,), (ONE_SIDED,)) and not c.only_timed]
+    alike = [c for c in unlike if c.moved and c.scene in record.alike]
     return render(
         "comparison.html.j2",
         {figure.key: figure for figure in figures},
         record=record,
         command=command,
         tally=[(word, counts[word]) for word in KINDS if counts[word]],
-        notable=changes(unlike),
+        notable=changes([c for c in unlike if c not in alike]),
+        alike=changes(alike),
         timed=changes(timed),
         one_sided=changes(one_sided),
         unchanged=changes(same),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 from pydantic import BaseModel
@@ -17,7 +17,7 @@ from comparisons.questions.claims.nearest import in_words, nearest_to
 from comparisons.results.finding import answers
 from comparisons.results.record import SceneRecord, once
 from comparisons.results.rows import Rows
-from comparisons.scene.fields import WithUnit
+from comparisons.scene.fields import unit_of
 from comparisons.scene.loading import LoadRange
 from comparisons.scene.scene import Scene
 from comparisons.tasks.stresses import FROM_PRESSURE
@@ -31,14 +31,6 @@ SIDES = {"size", "points"}
 LOADS = ("penetration", "force", "mean_gap", "contact_area", *HALF_AXES)
 # Dimensions whose unit takes a prefix, and what is easier to read than base units.
 PREFIXED = {"m", "s", "N", "Pa"}
-READABLE = {
-    "a plain number": "",
-    "kg s^-2": "J/m²",
-    "kg m^-1 s^-1": "Pa s",
-    "kg^-1 m s^2": "1/Pa",
-    "m s^-1": "m/s",
-    "m^-1": "1/m",
-}
 
 
 TRUE_VALUES, VON_MISES, YIELD = "true values by", "von Mises' stress", "yield stress Y"
@@ -169,7 +161,7 @@ def _words(table: BaseModel) -> Iterator[str]:
         if key in KINDS:
             yield str(value).replace("_", " ")
             continue
-        unit = _unit(field)
+        unit = unit_of(field)
         if key == "coefficient" and hasattr(table, "exponent"):  # of f = c r^n
             unit = f"1/m^{table.exponent - 1:g}"
         if isinstance(value, LoadRange):
@@ -199,17 +191,6 @@ def _text(value: Any, unit: str) -> str:
     if unit in PREFIXED:
         return fmt.unpadded(value, unit)
     return f"{fmt.unpadded(value, '')} {unit}".strip()
-
-
-def _unit(field: Any) -> str:
-    """Return the unit of a field of a table, from the validator that reads it."""
-    waiting = [*field.metadata, field.annotation]
-    while waiting:
-        part = waiting.pop()
-        if isinstance(part, WithUnit):
-            return READABLE.get(str(part.dimension), str(part.dimension))
-        waiting += [*getattr(part, "__metadata__", ()), *get_args(part)]
-    return ""
 
 
 def _reference_curve(scene: SceneRecord) -> Rows:

@@ -148,8 +148,15 @@ def verdict(*badges: str, text: str = "") -> Cell:
     return Cell(text or ", ".join(badges), badges[0] if badges else "", "text", badges=badges)
 
 
-def change(before: float, after: float, written: Callable[[float], str] = fmt.relative) -> Cell:
-    """Return a number before and after, if both are known."""
+def change(
+    before: float,
+    after: float,
+    written: Callable[[float], str] = fmt.relative,
+    of: Iterable[str] = (),
+) -> Cell:
+    """Return a number before and after, if both are known, and of what it is."""
     if not (fmt.finite(before) and fmt.finite(after)):
         return NOTHING
-    return Cell(f"{written(before)} \N{RIGHTWARDS ARROW} {written(after)}", after)
+    named = " → ".join(dict.fromkeys(of))
+    told = f"{written(before)} → {written(after)}"
+    return Cell(f"{told} ({named})" if named else told, after)

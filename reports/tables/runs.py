@@ -134,11 +134,11 @@ def changes(solves: Sequence[Change]) -> Table:
             cells.number(str(change.resolution or fmt.MISSING), change.resolution),
             cells.verdict(*change.kinds),
             Cell(change.text, change.text, "wrap"),
-            cells.change(*change.errors),
+            cells.change(*change.errors, of=[quantity(n).label for n in change.errors_of if n]),
             cells.change(*change.seconds, fmt.duration),
         )
         for change in solves
     )
-    heads = ("scene", "method", "N", "what", "in words", "error, before → after", TIMES)
+    heads = ("scene", "method", "N", "what", "in words", "largest error, before → after", TIMES)
     bad = frozenset(place for place, change in enumerate(solves) if change.bad)
     return table(heads, rows, title="Solves that changed", strong=bad)

@@ -310,8 +310,12 @@ def print_run_comparison(record: RunComparison, page: Path) -> None:
     console = _console()
     for note in record.notes:
         console.print(note)
+    alike = record.alike
+    for told in alike.values():
+        console.print(told)
     moved = [c for c in record.changes if c.kinds != (SAME,)]
-    notable = sorted((c for c in moved if not c.only_timed), key=lambda c: not c.bad)
+    rows = (c for c in moved if not (c.only_timed or (c.moved and c.scene in alike)))
+    notable = sorted(rows, key=lambda c: not c.bad)
     if notable:
         table = changes(notable[: 4 * MANY])
         console.print(drawn(table.only("scene", "method", "N", "in words")))

@@ -176,6 +176,26 @@ def test_loads_are_matched_by_value_and_what_differs_is_named(tmp_path):
     assert "indenter.radius: 0.1 → 0.2" in compare_runs(before, stiffer).notes[0]
 
 
+def test_what_all_solves_of_a_scene_do_alike_is_told_once(tmp_path):
+    """A ball of another radius, R^(1/2) in every force: no method has changed."""
+    text = "name = 'ball'\n[half_space]\neffective_modulus = 1e9\n[indenter]\n"
+    text += "shape = 'paraboloid'\nradius = {}\n[loading]\npenetration = [1e-6, 2e-6, 4e-6]\n"
+    before = scene_with(study(tmp_path), text.format(0.010))
+    table = before.scenes[0].rows.frame()
+    scaled = table.assign(force=table["force"] * np.sqrt(1.44))
+    (scene,) = scene_with(before, text.format(0.0144)).scenes
+    after = replace(before, scenes=(replace(scene, rows=Rows.of(scaled)),))
+    record = compare_runs(before, after)
+    said = {name: told.replace("\u202f", " ") for name, told in record.alike.items()}
+    assert said == {"ball": "ball: in all 2 solves force moved by +20 %"}
+    (note,) = (note.replace("\u202f", " ") for note in record.notes)
+    assert note.endswith("indenter.radius: 10 mm → 14.4 mm")
+    assert len(record.failed) == 2
+    errors = {change.errors_of for change in record.changes if change.method == "reduced"}
+    assert errors == {("force", "force")}
+    assert compare_runs(before, scene_with(study(tmp_path, factor=1.2), text)).alike == {}
+
+
 @pytest.mark.parametrize("more", [{"control": "force"}, {}])
 def test_without_a_common_load_nothing_is_compared(tmp_path, more):
     first = scene_with(study(tmp_path), "loading.penetration = 1e-6", DEPTHS[:1])
