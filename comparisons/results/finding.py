@@ -163,7 +163,7 @@ def finding(records: Sequence[SceneRecord], method: str = MODEL) -> list[FamilyR
             )
             left = len(group) - len(chosen)
             instead = f"{' or '.join(titles)} {_range(chosen)}"
-            instead += f"; none in {left}" if left else ""
+            instead += f"; none is within in {left} scene{'s' * (left > 1)}" if left else ""
         use = uses[0] if len(uses) == 1 else IN_PART
         if use not in (NO, NOT_KNOWN) and all(item.scene.too_steep for item in group):
             use = SMALL_SLOPES

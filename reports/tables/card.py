@@ -19,7 +19,7 @@ from comparisons.results.record import SceneRecord, once
 from comparisons.results.rows import Rows
 from comparisons.scene.fields import unit_of
 from comparisons.scene.loading import LoadRange
-from comparisons.scene.scene import Scene
+from comparisons.scene.scene import PREPARATION, Scene
 from comparisons.tasks.stresses import FROM_PRESSURE
 from reports.plots.stored import stored_fields
 from reports.tables.scene import stresses
@@ -66,7 +66,8 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
         if sources := _sources(scene):
             said += f"; ± of {fmt.listed(sources)} alone"
         if surface and surface.skewness is not None:
-            said += "; how the map was prepared may move them more (--sensitivity)"
+            if PREPARATION not in body.sweep:  # else a table has all of them
+                said += "; how the map was prepared may move them more (--sensitivity)"
         elif surface and body.realisations == 1:
             said += "; of one surface: others of this spectrum may differ by more"
         lines.append((TRUE_VALUES, said))

@@ -117,8 +117,9 @@ const findingOf = (method) => {
       ? `no need: the 3-D solver is cheaper (${timesOf(pairs.map((one) => one.solver))} against ${own})` : own + (ratios.length ? `, 3-D takes ≈ ${ends(ratios.map(oneDigit))} ×` : "");
     const chosen = group.map((one) => one.exact ?? one.other).filter(Boolean);
     const titles = new Set(chosen.map((one) => one.truth && !one.ranked ? judging.exact : one.title));
+    const left = group.length - chosen.length;
     const instead = !chosen.length ? "none that was run is within" : `${[...titles].join(" or ")} ${timesOf(chosen)}`
-      + (chosen.length < group.length ? `; none in ${group.length - chosen.length}` : "");
+      + (left ? `; none is within in ${left} scene${left > 1 ? "s" : ""}` : "");
     const said = uses.size > 1 ? "in part" : [...uses][0];
     const use = !["no", "not known"].includes(said) && group.every((one) => one.scene.steep) ? "for small slopes only" : said;
     return [scenes, use, error, cost, instead];

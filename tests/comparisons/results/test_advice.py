@@ -270,6 +270,9 @@ def test_a_family_is_answered_only_as_far_as_was_shown():
     assert rows[-1].scenes == "adhesive contacts: adhesion-0.004"
     assert rows[2].error.startswith("k 50\u202f%")
     assert rows[2].instead == "closed form (exact) 2.0\u202fs"
+    unsure = record([("reduced", 10, 0.06, 1e-3)], "bem_fft", 0.04)
+    (row,) = finding([shown[2], replace(unsure, name="slow", text="[rolling]\n")])
+    assert row.instead == "closed form (exact) 2.0\u202fs; none is within in 1 scene"
 
 
 def test_a_finding_has_eight_rows_at_most():

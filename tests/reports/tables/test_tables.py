@@ -378,3 +378,10 @@ def test_true_values_of_a_map_stand_beside_each_other_by_its_preparations(study)
     largest = np.max(rough.curve("bem_fft")["contact_area"])
     share = row[2].text.split(" to ")[1].split(" ±")[0]
     assert float(share) == pytest.approx(largest / 2e-12, rel=5e-3)
+    # only a run without other preparations is told how to get them
+    text = 'name = "map"\n[half_space]\neffective_modulus = 1e9\n[surface]\nkind = "map"\n'
+    text += 'file = "a.di"\n[loading]\npressure = 1e6\n'
+    plan = replace(rough.plan, roughness=replace(heights, skewness=0.1))
+    for swept in ("", '[sweep]\npreparation = "as given"\n'):
+        told = dict(card(replace(rough, text=text + swept, plan=plan)))["true values by"]
+        assert ("(--sensitivity)" in told) == (not swept)
