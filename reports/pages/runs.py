@@ -29,8 +29,8 @@ TIMES = (
 )
 
 
-def comparison_page(record: RunComparison, command: str) -> str:
-    """Return the comparison as one HTML page."""
+def comparison_page(record: RunComparison, command: str, *, static: bool = False) -> str:
+    """Return the comparison as one HTML page; a static one is without plots."""
     counts = Counter(kind for change in record.changes for kind in change.kinds)
     solves = list(record.changes)
     errors = np.maximum([change.errors for change in solves], SMALLEST)
@@ -39,7 +39,7 @@ def comparison_page(record: RunComparison, command: str) -> str:
         _before_and_after("error", ERRORS, solves, errors, lambda value: fmt.relative(value, 1)),
         _before_and_after("time", TIMES, solves, times, fmt.duration),
     )
-    figures = [figure for figure in drawn if figure is not None]
+    figures = [figure for figure in drawn if figure is not None and not static]
     timed = [change for change in solves if change.only_timed]
     one_sided, same = ([c for c in solves if c.kinds == (kind,)] for kind in (ONE_SIDED, SAME))
     unlike = [c for c in solves if c.kinds not in ((SAME,), (ONE_SIDED,)) and not c.only_timed]
@@ -47,6 +47,7 @@ def comparison_page(record: RunComparison, command: str) -> str:
     return render(
         "comparison.html.j2",
         {figure.key: figure for figure in figures},
+        static=static,
         record=record,
         command=command,
         tally=[(word, counts[word]) for word in KINDS if counts[word]],

@@ -325,6 +325,7 @@ def compare(
     slower: float = 1.5,
     out: Path | None = None,
     overwrite: Flag = False,
+    static: Flag = False,
 ) -> int:
     """Compare two results folders: changes in value, error and time.
 
@@ -340,6 +341,8 @@ def compare(
         Folder for comparison.html; default roughline-results/comparison-BEFORE-AFTER.
     overwrite
         Replace a comparison.html in it.
+    static
+        Beside it, write comparison-static.html for mail: no plots, no scripts.
     """
     from comparisons.errors import InputError
     from comparisons.files import write_text
@@ -356,8 +359,12 @@ def compare(
         told = "use --overwrite to replace it, or --out for another folder"
         raise InputError(f"{page} exists already: {told}")
     record = compare_runs(before, after, tolerance=share(tolerance), slower=slower).record
+    command = shlex.join(["roughline", *sys.argv[1:]])
     with held(out):
-        write_text(page, comparison_page(record, shlex.join(["roughline", *sys.argv[1:]])))
+        write_text(page, comparison_page(record, command))
+        if static:
+            mailed = page.with_name("comparison-static.html")
+            write_text(mailed, comparison_page(record, command, static=True))
     terminal.print_run_comparison(record, page)
     return FAILED if record.failed or not record.compared else FINE
 

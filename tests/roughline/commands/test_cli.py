@@ -922,8 +922,11 @@ def test_two_runs_of_one_scene_are_the_same_and_a_changed_model_is_not(roughline
     assert kept.code == 2
     assert f"{page} exists already: use --overwrite" in kept.err
     assert "force moved by" not in page.read_text(encoding="utf-8")
-    moved = roughline(*compare, "--overwrite")
+    moved = roughline(*compare, "--overwrite", "--static")
     assert moved.code == 1
+    mailed = page.with_name("comparison-static.html").read_text(encoding="utf-8")
+    assert "force moved by" in mailed
+    assert "<script" not in mailed
     assert "force moved by +0.20" in moved.out
     assert "force moved by" in page.read_text(encoding="utf-8")
     assert '"reduced model, changed"' in page.read_text(encoding="utf-8")  # no worse than before
