@@ -140,14 +140,17 @@ def surface_notes(geometry: RoughGeometry) -> list[str]:
         wide = np.pad(heights, 1, mode="reflect")
         beside = wide[2:, 1:-1], wide[:-2, 1:-1], wide[1:-1, 2:], wide[1:-1, :-2]
         largest, least = np.maximum.reduce(beside), np.minimum.reduce(beside)
-        off = np.abs(heights - (sum(beside) - largest - least) / 2)
+        above = heights - (sum(beside) - largest - least) / 2
+        off = np.abs(above)
         usual = float(np.median(off))
-        spikes = np.count_nonzero(off > SPIKE * 1.4826 * usual)
-        if spikes and usual > 0:
+        spikes = off > SPIKE * 1.4826 * usual
+        if spikes.any() and usual > 0:
+            up = np.count_nonzero(spikes & (above > 0))
+            first = ", the highest of the map among them" if spikes.flat[heights.argmax()] else ""
             notes.append(
-                f"far off their neighbours: {count(spikes)} of the points, by up to "
-                f"{_metres(float(off.max()))} ({number(SPIKE, 1)} times as far as is usual, or "
-                "more): spikes, or steps of the surface"
+                f"far off their neighbours: {count(spikes.sum())} of the points ({count(up)} "
+                f"upwards{first}), by up to {_metres(float(off.max()))} ({number(SPIKE, 1)} times "
+                "as far as is usual, or more): spikes, or steps of the surface"
             )
     return notes
 

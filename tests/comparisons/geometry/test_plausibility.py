@@ -145,7 +145,8 @@ def test_points_far_off_their_neighbours_are_counted_and_noise_is_not(tmp_path):
     assert not any("spikes" in note for note in plan_of_map(tmp_path, heights).notes)
     heights[[10, 40, 0], [20, 50, 30]] += [30.0, 3000.0, -30.0]
     (told,) = [note for note in plan_of_map(tmp_path, heights).notes if "spikes" in note]
-    assert told.startswith("far off their neighbours: 3 of the points, by up to 3.00\u202fµm")
+    upwards = "3 of the points (2 upwards, the highest of the map among them)"
+    assert told.startswith(f"far off their neighbours: {upwards}, by up to 3.00\u202fµm")
 
 
 def test_noise_is_where_the_spectrum_is_flat_and_a_fractal_surface_has_none():
