@@ -140,7 +140,7 @@ def of_verdict(judged: Verdict) -> Cell:
     """Return the error with its bar that a verdict stands on."""
     if judged.word == NO_RESULT:
         return replace(NOTHING, title=judged.reason)
-    return error(judged.error, judged.uncertainty, judged.number + judged.lacking)
+    return error(judged.error, judged.uncertainty, judged.number)
 
 
 def verdict(*badges: str, text: str = "") -> Cell:

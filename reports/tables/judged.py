@@ -38,7 +38,7 @@ def verdict_table(scenes: Iterable[SceneRecord], method: str, *, reasons: bool =
                 because = f": {judgement.reason}"
             else:
                 text = f"{judgement.word} {fmt.tolerance(judgement.tolerance)}"
-                because = f", {judgement.band}" if judgement.band else ""
+                because = judgement.lacking + (f", {judgement.band}" if judgement.band else "")
             judged = cells.verdict(judgement.word, text=text + because if reasons else text)
             sides = (scene.name, best) if first else ("", "")
             error = cells.of_verdict(judgement)
@@ -138,6 +138,7 @@ def summary_lines(scenes: Iterable[SceneRecord]) -> Table:
             told_of.add(decisive.quantity)
             name = scene.name if method == MODEL else f"{scene.name}, {title_of(method)}"
             error = cells.of_verdict(decisive)
+            error = replace(error, text=error.text + decisive.lacking)
             rows.append(
                 (name, cells.verdict(decisive.word), symbol(decisive.quantity), error, *best)
             )
