@@ -86,9 +86,6 @@ class FemPair(FemSolver[IndenterGeometry]):
         solution = super().solve(task)
         return replace(solution, contact="pair") if solution.contact == "single" else solution
 
-    def _gap(self, widest: float, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        return np.minimum(self.indenter.gap(x, y), widest)
-
     def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
         """Condense and couple both bodies once."""
         tables = self.scene.half_space, self.counter_body
@@ -106,8 +103,12 @@ class FemPair(FemSolver[IndenterGeometry]):
                     raise NoAnswerError(geometry.unreached.get(step, "no estimate of its contact"))
                 scaled = pair.scaled(size)
                 load = Load(task.loads.control, task.loads.values[step])
-                widest = WIDEST * geometry.penetrations[step]
-                (contact,) = scaled.press(partial(self._gap, widest), load)
+                deep = WIDEST * geometry.penetrations[step]
+
+                def below(x: np.ndarray, y: np.ndarray, deep: float = deep) -> np.ndarray:
+                    return np.minimum(self.indenter.gap(x, y), deep)
+
+                (contact,) = scaled.press(below, load)
                 body, area = scaled.combined, contact.contact_area
                 if self.indenter.axisymmetric:
                     area = round_area(body, contact)
