@@ -44,7 +44,9 @@ def test_tables_of_a_page_are_those_of_a_script_that_it_names(page):
     text = page.read_text(encoding="utf-8")
     scripts = [ROOT / path for path in re.findall(r"docs/examples/\w+\.py", text)]
     known = "".join(path.read_text(encoding="utf-8") for path in scripts)
-    names = re.findall(r"<!-- table: (.*?) -->", text) + re.findall(r"\btable `([a-z-]+)`", text)
+    named = re.findall(r"\b[Tt]ables?\s+((?:`[a-z-]+`(?:,?\s+and\s+|,\s+)?)+)", text)
+    names = re.findall(r"<!-- table: (.*?) -->", text)
+    names += re.findall(r"`(.*?)`", " ".join(named))
     assert [name for name in names if f'"{name}"' not in known] == []
 
 

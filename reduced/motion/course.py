@@ -174,8 +174,8 @@ def move(
 
     - ``"verlet"``: kick, drift, kick; explicit, symplectic, second order; stable for h w < 2, w the
       largest frequency sqrt(F'(x)/m) of the motion.
-    - ``"yoshida"``: three Verlet steps, one backwards: fourth order if F is smooth. At first touch
-      it is not; see docs/friction.md for the resulting order.
+    - ``"yoshida"``: three Verlet steps, one backwards: fourth order while in contact, but not
+      across first touch, where the force of a ball, x^1.5, is not smooth.
     - ``"energy"``: implicit, m (v+ - v)/h = f - (U(x+) - U(x))/(x+ - x) with x+ - x = h (v + v+)/2:
       second order, stable for any step, and conserves m v^2/2 + U - f x to round-off (Gonzalez
       1996), so that an elastic impact has no loss at any step.
