@@ -79,11 +79,11 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
     )
     # a free edge of a patch is as sharp as a punch
     free = body.surface is not None and not body.surface.periodic
-    edged = free and _reaches_the_edge(scene)
+    edged = free and (body.realisations > 1 or _may_reach_the_edge(scene))
     if most.get("pressure_peak"):
         which = "" if scene.of_one_load else ", last load"
         text = fmt.with_unit(most["pressure_peak"], "Pa")
-        text += " (singular: a contact reaches the patch's edge)" if edged else ""
+        text += " (singular where a contact reaches the patch's edge)" if edged else ""
         lines.append((f"highest pressure{which}", text))
     if fmt.finite(most.get("von_mises_max")) and "von_mises_depth" in most:
         stress = fmt.with_unit(most["von_mises_max"], "Pa")
@@ -237,11 +237,11 @@ def true_value(scene: SceneRecord, name: str, *, nominal: float | None = None) -
     return f"{text} ± ?" if name in scene.quantities else text
 
 
-def _reaches_the_edge(scene: SceneRecord) -> bool:
-    """Tell whether a rough contact at the last load presses on the edge of its patch."""
+def _may_reach_the_edge(scene: SceneRecord) -> bool:
+    """Tell whether the one surface is pressed at the edge of its patch, or that is not known."""
     fields = next((item.fields for item in stored_fields(scene, [scene.reference.method])), {})
     if "pressure_shape" not in fields:
-        return True  # for all that is known
+        return True
     pressure = fields["pressure"].reshape(fields["pressure_shape"])
     return bool(np.any(pressure[[0, -1]]) or np.any(pressure[:, [0, -1]]))
 
