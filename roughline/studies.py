@@ -178,8 +178,8 @@ class Study:
         sources = scenes if isinstance(scenes, (list, tuple)) else [scenes]
         self._study = study.Study(
             plan_all(
-                *(sources, overrides, effort, {"compare.methods": "methods", "": "changes"}),
-                brought=brought() if methods is None else (),
+                *(sources, overrides, effort, {"compare.methods": "methods"}),
+                brought() if methods is None else (),
             ),
             Path(folder),
             command="roughline.Study",

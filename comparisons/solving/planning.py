@@ -257,30 +257,21 @@ def _refusal(draft: Plan, name: str, solver: Solver[Any], resolution: int) -> st
     return ""
 
 
-# What sets a key of the scene on the command line, by how the key begins.
-OPTIONS = {
-    **{f"compare.{key}": f"--{key}" for key in ("methods", "tolerance", "quantities")},
-    "loading": "--loads",
-    "methods": "--option",
-    "compare.proved": "--prove",
-}
-
-
 def plan_all(
     sources: Iterable[Source],
     overrides: Mapping[str, Any],
     effort: Effort,
-    options: Mapping[str, str] = OPTIONS,
+    options: Mapping[str, str] = {},
     brought: Sequence[str] = (),
     *,
     sensitivity: bool = False,
 ) -> list[Plan]:
     """Load and plan all scenes and suites.
 
-    `overrides` are dotted keys put into every scene, `options` what sets them, by how they begin. A
-    user's own methods (`brought`) run, too, where only others are named. `sensitivity` plans
-    measured maps as they might have been prepared. InputError lists every problem of all scenes, or
-    those that no method can do.
+    `overrides` are dotted keys put into every scene, `options` what sets them, by how they begin,
+    if not just "changes". A user's own methods (`brought`) run, too, where only others are named.
+    `sensitivity` plans measured maps as they might have been prepared. InputError lists every
+    problem of all scenes, or those that no method can do.
     """
     members: list[Source] = []
     for source in sources:
@@ -291,7 +282,7 @@ def plan_all(
     of_options: dict[str, dict[str, list[str]]] = {}  # option -> problem -> scenes that have it
 
     def option_of(text: str) -> str:
-        return next((name for key, name in options.items() if text.startswith(key)), "")
+        return next((name for key, name in options.items() if text.startswith(key)), "changes")
 
     given = list(dict.fromkeys(map(option_of, overrides)))
     for source in members:

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable
 from typing import Any
 
 from comparisons.errors import InputError
 from comparisons.facts.quantities import quantity
 from comparisons.formatting import listed
-from comparisons.geometry.plausibility import STRAINED
 from comparisons.geometry.prepare import RoughGeometry
 from comparisons.questions.claims.nearest import Nearest, claims_on, in_words, nearest, plainly
 from comparisons.questions.study import solved_in_memory
-from comparisons.reasons import CHECK
 from comparisons.results.advice import advise
 from comparisons.results.record import asked_in_vain
 from comparisons.results.scene_record import record_scene
@@ -28,7 +25,7 @@ NOTHING = "no claim has measured such a scene"
 ROUND = (
     "force, penetration, contact area and stiffness of a body of revolution are exact by theorem"
 )
-CHOICE = "docs/methods.md#how-to-choose tells what fits which contact"
+CHOICE = "the documentation's page on methods tells what fits which contact"
 
 
 def known_of(plan: Plan) -> list[Nearest]:
@@ -42,12 +39,12 @@ def print_known(plans: list[Plan], as_json: bool, again: str) -> int:
     """Say what is known of each plan without solving anything; `again` is the command that does."""
     answers = {plan.scene.name: known_of(plan) for plan in plans}
     if as_json:
-        documents = [_document(plan.scene, answers[plan.scene.name], plan.notes) for plan in plans]
+        documents = [_document(plan, answers[plan.scene.name]) for plan in plans]
         print(json.dumps(documents, indent=1))
         return FINE
     for plan in plans:
         name, tolerance = plan.scene.name, plan.scene.compare.tolerance
-        for note in _warnings(plan.notes):
+        for note in plan.doubts:
             terminal.print_text(f"{name}: {note}")
         if known := answers[name]:
             for answer in plainly(known, tolerance):
@@ -87,8 +84,7 @@ def advise_all(plans: list[Plan], effort: Effort, as_json: bool) -> int:
         raise InputError("\n".join(vain))
     if as_json:
         documents = [
-            advise(record).document(record.name)
-            | _document(plan.scene, answers[plan.scene.name], record.plan.notes)
+            advise(record).document(record.name) | _document(plan, answers[plan.scene.name])
             for plan, record in zip(plans, records, strict=True)
         ]
         print(json.dumps(documents, indent=1))
@@ -110,15 +106,10 @@ def _transformed(scene: Scene) -> bool:
     return body is not None and body.axisymmetric and plain and scene.methods.reduced.rule == "mdr"
 
 
-def _warnings(notes: Iterable[str]) -> list[str]:
-    """Return the notes of a plan that doubt its input, or the premise of all methods."""
-    return [note for note in notes if note.startswith((CHECK, STRAINED))]
-
-
-def _document(scene: Scene, known: list[Nearest], notes: Iterable[str]) -> dict[str, Any]:
+def _document(plan: Plan, known: list[Nearest]) -> dict[str, Any]:
     return {
-        "scene": scene.name,
+        "scene": plan.scene.name,
         "nearest": [answer.document for answer in known],
-        "claims_on_scene": claims_on(scene),
-        "notes": _warnings(notes),
+        "claims_on_scene": claims_on(plan.scene),
+        "notes": plan.doubts,
     }

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import io
 import sys
-from itertools import islice
 
 from cyclopts import App, CycloptsError, Group, Parameter, UnknownCommandError
 
@@ -19,6 +18,9 @@ from roughline.commands.shared import ensemble, leaderboard, merge, problems, su
 from roughline.commands.validation import bench, calibrate, check, claims, hard_cases
 
 RESUMABLE = ("run", "claims", "ensemble")  # commands with --resume
+# What is no command, but an option or a catalogue.
+MEANT = {name: f"list {name}" for name in ("scenes", "methods")}
+MEANT |= {"plan": "run --plan", "known": "advise --known"}
 
 
 def _version() -> str:
@@ -65,13 +67,8 @@ def run_command(arguments: list[str]) -> int:
     try:
         result = app(arguments, exit_on_error=False, print_error=True, result_action="return_value")
     except CycloptsError as error:
-        if isinstance(error, UnknownCommandError):  # perhaps an option: `plan` is `run --plan`
-            option = f"--{arguments[0]}"
-            commands = {name: app[name] for name in app if not name.startswith("-")}
-            options = {name: c.assemble_argument_collection() for name, c in commands.items()}
-            known = (n for n, own in options.items() if any(option in one.names for one in own))
-            for name in islice(known, 1):
-                say(f"did you mean `roughline {name} {option}`?", sys.stderr)
+        if isinstance(error, UnknownCommandError) and arguments[0] in MEANT:
+            say(f"did you mean `roughline {MEANT[arguments[0]]}`?", sys.stderr)
         return WRONG_INPUT
     except InputError as error:
         return _complain(error, str(error))

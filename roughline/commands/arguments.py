@@ -53,6 +53,15 @@ def part_of(text: str) -> tuple[int, int]:
     raise InputError(f"--part: expected K/N with K from 1 to N, such as 2/5, got {text[:40]!r}")
 
 
+# What sets a key of the scene on the command line, by how the key begins.
+OPTIONS = {
+    **{f"compare.{key}": f"--{key}" for key in ("methods", "tolerance", "quantities")},
+    "loading": "--loads",
+    "methods": "--option",
+    "compare.proved": "--prove",
+}
+
+
 def overrides_of(
     methods: str | None = None,
     options: tuple[str, ...] = (),

@@ -7,9 +7,7 @@ import sys
 from contextlib import nullcontext
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
-
-from cyclopts import Parameter
+from typing import TYPE_CHECKING, Literal
 
 from roughline.commands import say
 from roughline.commands.arguments import (
@@ -18,6 +16,7 @@ from roughline.commands.arguments import (
     FAILED,
     FINE,
     NO_METHOD_FILES,
+    OPTIONS,
     Flag,
     Full,
     MaybeWhole,
@@ -143,9 +142,8 @@ def run(  # noqa: PLR0913 (the options on the command line)
     effort: Effort = "full" if full else "quick"
     overrides = overrides_of(methods, option, tolerance, quantities, loads)
     overrides |= {"compare.proved": "if_any"} if prove else {}
-    plans = plan_all(
-        scenes or ("quick",), overrides, effort, brought=brought(), sensitivity=sensitivity
-    )
+    sources = scenes or ("quick",)
+    plans = plan_all(sources, overrides, effort, OPTIONS, brought(), sensitivity=sensitivity)
     if plan:
         terminal.print_plans(plans)
         return FINE
@@ -248,7 +246,7 @@ def _folder_name(scenes: tuple[str, ...], plans: list[Plan]) -> str:
 def solve(
     scene: str,
     *,
-    method: Annotated[str, Parameter(alias="--methods")],
+    method: str,
     resolution: MaybeWhole = None,
     option: tuple[str, ...] = (),
     json: Flag = False,
@@ -440,7 +438,7 @@ def advise(
     method_files.load()
     overrides = overrides_of(tolerance=tolerance, quantities=quantities)
     effort: Effort = "full" if full else "quick"
-    plans = plan_all([scene], overrides, effort, brought=brought())
+    plans = plan_all([scene], overrides, effort, OPTIONS, brought())
     if not known:
         return advising.advise_all(plans, effort, json)
     again = shlex.join(["roughline", *(word for word in sys.argv[1:] if word != "--known")])

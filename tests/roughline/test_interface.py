@@ -101,6 +101,7 @@ def test_what_is_wrong_with_a_scene_is_told_as_on_the_command_line(source, tmp_p
         (lambda _: roughline.solve("cone", "no_such_method"), "expected one of closed_form"),
         (lambda _: roughline.load_scene("cone", ["a"]), "changes:\n.*a dict .* got a list of 1"),
         (lambda _: roughline.Study("cone", "nowhere", changes="a"), "changes:\n.* got a str"),
+        (lambda _: roughline.Study("cone", "x", changes={"unit": 1}), "changes:\n  unit: unknown"),
         (lambda _: roughline.Study([], "nowhere"), "expected at least one scene"),
         (lambda used: roughline.Study(BALL, used).run(), "has results already"),
         (lambda used: roughline.Study(BALL, used, workers=0), "--workers: expected 1 to"),

@@ -240,7 +240,6 @@ class FittedBall(Solver[IndenterGeometry]):
     """A fit for an elastic-perfectly plastic ball on loading; for a half-space while a << R."""
 
     physics = PHYSICS
-    dimension = 1
     fitted: Callable[[FlattenedBall], Fit]
 
     def __init__(self, scene: Scene) -> None:

@@ -365,10 +365,10 @@ def test_advise_says_it_first_and_can_end_there(capsys, monkeypatch):
     assert run_command(["advise", "rounded-punch", "--known"]) == 0
     said = flat(capsys.readouterr().out)
     assert "no claim has measured such a scene; force, penetration" in said
-    assert "of a body of revolution are exact by theorem; docs/methods.md#how-to-choose" in said
+    assert "body of revolution are exact by theorem; the documentation's page on methods" in said
     assert run_command(["advise", "measured-map", "--known"]) == 0
     said = flat(capsys.readouterr().out)
-    assert "no claim has measured such a scene; docs/methods.md#how-to-choose" in said
+    assert "no claim has measured such a scene; the documentation's page on methods" in said
     assert run_command(["advise", "soft-ball-film", "--known"]) == 0
     said = flat(capsys.readouterr().out)
     assert "soft-ball-film: claims on this built-in scene: film-central (" in said

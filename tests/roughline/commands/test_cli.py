@@ -203,6 +203,8 @@ def test_a_wrong_scene_is_one_clear_message_and_nothing_is_written(
         (["run", "paraboloid", "--loads", "1 N"], "CONTROL=VALUE"),
         (["run", "paraboloid", "--loads", "penetration=0,2um"], "expected positive finite loads"),
         (["plan"], "did you mean `roughline run --plan`?"),
+        (["methods"], "did you mean `roughline list methods`?"),
+        (["scenes"], "did you mean `roughline list scenes`?"),
         (["run", "paraboloid", "--quantities", "contact_aera"], "did you mean contact_area or"),
         (
             ["run", "adhesive-ball", "rubber-ball", "--methods", "fem"],
