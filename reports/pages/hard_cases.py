@@ -59,7 +59,8 @@ def stability(record: HardCasesRecord) -> Figure | None:
     series: list[Series] = []
     names = drawing_order(record.methods)
     for name in names:
-        drawn, own = look(name), [outcome for outcome in solved if outcome.method == name]
+        drawn = look(name, among=names)
+        own = [outcome for outcome in solved if outcome.method == name]
         points = Series(
             drawn,
             np.array([outcome.seconds for outcome in own], dtype=float),
@@ -79,7 +80,7 @@ def stability(record: HardCasesRecord) -> Figure | None:
                 places.append(item.seconds or last / (last / first) ** (0.008 * unplaced))
                 reasons.append(f"{look(name).label}, {item.title}: {_ending(item)}")
                 unplaced += item.seconds is None
-        series.append(failed(look(name), places, high, reasons))
+        series.append(failed(look(name, among=names), places, high, reasons))
     return Figure(
         "stability",
         "Hard cases: time and error",

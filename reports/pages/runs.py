@@ -75,12 +75,13 @@ def _before_and_after(
     span = float(pairs[known].min()) / MARGIN, float(pairs[known].max()) * MARGIN
     ends = np.array(span)
     series = [Series(DIAGONAL, ends, ends, marks=False, legend=False, width=1)]
-    for method in drawing_order({solves[k].method for k in known}):
+    methods = dict.fromkeys(solve.method for solve in solves)
+    for method in drawing_order(methods):
         for changed in (False, True):  # each has its legend
             own = [k for k in known if (solves[k].method, solves[k].bad) == (method, changed)]
             if not own:
                 continue
-            drawn, (x, y) = look(method), pairs[own].T
+            drawn, (x, y) = look(method, among=methods), pairs[own].T
             texts = (
                 f"{drawn.label}, {solves[k].scene}, N = {solves[k].resolution}: "
                 f"{label(pairs[k, 0])} before, {label(pairs[k, 1])} after; {solves[k].text}"

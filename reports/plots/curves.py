@@ -277,7 +277,7 @@ def measured(scene: SceneRecord) -> Figure | None:
     drawn = [Series(points, x, y, line=False, hover="measured", faint=0.6)]
     fits = modulus_fits(scene)
     for method in drawing_order(fits):
-        fit, computed, style = fits[method], computed_curve(scene, method), look(method)
+        fit, computed, style = fits[method], computed_curve(scene, method), look(method, scene)
         depth = np.linspace(0.0, computed[0][-1], FITTED_POINTS)
         force = force_at(depth, computed) * fit.modulus / stated.modulus
         text = f"{style.label}, E* = {fmt.with_unit(fit.modulus, 'Pa')}"

@@ -218,7 +218,7 @@ def _along(path: str, scenes: list[SceneRecord], name: str) -> Figure | None:
         method: [
             next(v for v in scene.verdicts_on(method) if v.quantity == name) for scene in scenes
         ]
-        for method in drawing_order({m for scene in scenes for m in scene.methods})
+        for method in drawing_order(dict.fromkeys(m for scene in scenes for m in scene.methods))
         if all(name in scene.quantities for scene in scenes)
     }
     errors = {method: np.array([v.error for v in found]) for method, found in known.items()}

@@ -148,7 +148,7 @@ def pressures(scene: SceneRecord) -> list[Figure]:
         return []
     chosen = leading_map(scene, maps)
     # A single line would only repeat a column of the map beside it.
-    cuts = [_cut(fields, chosen, loads)] if not chosen.rough or len(maps) > 1 else []
+    cuts = [_cut(scene, fields, chosen, loads)] if not chosen.rough or len(maps) > 1 else []
     by_method = {item.method: item for item in fields}
     grid, elements = by_method.get(GRID), by_method.get(ELEMENTS)
     if grid is None or elements is None or not grid.on_a_grid:
@@ -202,10 +202,10 @@ def _radial(
     x = Axis("distance from the axis r / a", limits=(0.0, 1.5))
     y = Axis("pressure p / mean pressure", limits=(0.0, min(1.08 * highest, LARGEST_SHOWN)))
     empty = Figure("pressure-radial", "Pressure along a radius", caption, x, y, quantity="pressure")
-    return _with_profiles(empty, fields, curves)
+    return _with_profiles(scene, empty, fields, curves)
 
 
-def _cut(fields: list[Field], chosen: Field, loads: SliderSteps) -> Figure:
+def _cut(scene: SceneRecord, fields: list[Field], chosen: Field, loads: SliderSteps) -> Figure:
     """Return the pressure along x, at the same y for all methods.
 
     On a rough surface where the row carries most, in the middle half: the largest pressure is often
@@ -240,7 +240,7 @@ def _cut(fields: list[Field], chosen: Field, loads: SliderSteps) -> Figure:
         Axis("contact pressure p", scale=scale, limits=(0.0, 1.08 * highest)),
         quantity="pressure",
     )
-    return _with_profiles(empty, fields, curves)
+    return _with_profiles(scene, empty, fields, curves)
 
 
 def _at_loads(
@@ -254,11 +254,13 @@ def _at_loads(
     ]
 
 
-def _with_profiles(empty: Figure, fields: list[Field], curves: list[list[Profile]]) -> Figure:
+def _with_profiles(
+    scene: SceneRecord, empty: Figure, fields: list[Field], curves: list[list[Profile]]
+) -> Figure:
     """Return a figure with profiles; `curves` holds one (x, p) per load for each field."""
     series = []
     for item, profiles in zip(fields, curves, strict=True):
-        style, (x, p) = look(item.method), profiles[-1]
+        style, (x, p) = look(item.method, scene), profiles[-1]
         mesh = not item.on_a_grid and bool(item.y.any())  # others are along a radius
         series.append(
             Series(

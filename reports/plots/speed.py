@@ -240,7 +240,8 @@ def overview(scenes: Scenes) -> Figure | None:
     span = _time_range(times, 0.05, 0.2)
     series: list[Series] = []
     for method, items in by_method.items():
-        style = look(method).labelled(", ".join(dict.fromkeys(item.title for *_, item in items)))
+        title = ", ".join(dict.fromkeys(item.title for *_, item in items))
+        style = look(method, scenes[0][1]).labelled(title)
         own = Series(
             replace(style, size=min(style.size, 8)),
             np.array([setting.seconds for *_, setting in items]),

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from comparisons.facts.methods import BUILT_IN, CLOSED_FORM, METHODS, MODEL, references
+from comparisons.facts.methods import CLOSED_FORM, METHODS, MODEL, references
 from comparisons.formatting import count
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ class Look:
 
 
 LOOKS = {
-    name: Look(BUILT_IN[name].title, *drawn)
+    name: Look(METHODS[name].title, *drawn)
     for name, drawn in {
         "closed_form": (INK, Marker("star", "*"), SOLID, 9),
         "reduced": (VERMILION, CIRCLE, DASHED, 6),
@@ -78,37 +78,32 @@ LOOKS = {
         "ngsolve": (PEER, Marker("star-triangle-up", "P"), Dash("4px,2px", (0, (3, 1.5))), 9),
     }.items()
 }
-# Title, colour, marker and dash (each for plotly and matplotlib), size.
-_THEORIES: dict[str, tuple[str, str, str, str | int, str, tuple[float, float], float]] = {
+# Colour, marker and dash (each for plotly and matplotlib), size.
+_MORE: dict[str, tuple[str, str, str | int, str, tuple[float, float], float]] = {
     # of rolling and of films, in plans of such scenes only
-    "fastsim": ("FASTSIM", "#882255", "triangle-left", "<", "5px,2px", (4, 2), 9),
-    "hamrock_dowson": ("Hamrock-Dowson", "#661100", "x", "x", "8px,2px", (7, 1.5), 9),
-    "kalker": ("Kalker's linear theory", "#999933", "triangle-right", ">", "2px,4px", (1.5, 3), 9),
+    "fastsim": ("#882255", "triangle-left", "<", "5px,2px", (4, 2), 9),
+    "hamrock_dowson": ("#661100", "x", "x", "8px,2px", (7, 1.5), 9),
+    "kalker": ("#999933", "triangle-right", ">", "2px,4px", (1.5, 3), 9),
     # of rough contact, and fits for balls that dent, where a scene names them
-    "persson": ("Persson's theory", "#882255", "diamond-tall", "d", "5px,3px", (4, 3), 10),
-    "persson_xu": ("Persson's theory after Xu", "#332288", "triangle-sw", 6, "3px,3px", (3, 3), 9),
-    "greenwood_williamson": (
-        *("Greenwood & Williamson's theory", "#999933", "star-square", "8", "2px,3px", (1.5, 2), 9),
-    ),
-    "bush_gibson_thomas": (
-        *("Bush, Gibson & Thomas' theory", "#AA4499", "star-diamond", "X", "8px,3px", (6, 2.5), 9),
-    ),
-    "kogut_etsion": ("Kogut & Etsion", "#882255", "triangle-nw", 4, "6px,2px", (5, 2), 9),
-    "jackson_green": ("Jackson & Green", "#999933", "triangle-ne", 5, "3px,4px", (2, 3), 9),
+    "persson": ("#882255", "diamond-tall", "d", "5px,3px", (4, 3), 10),
+    "persson_xu": ("#332288", "triangle-sw", 6, "3px,3px", (3, 3), 9),
+    "greenwood_williamson": ("#999933", "star-square", "8", "2px,3px", (1.5, 2), 9),
+    "bush_gibson_thomas": ("#AA4499", "star-diamond", "X", "8px,3px", (6, 2.5), 9),
+    "kogut_etsion": ("#882255", "triangle-nw", 4, "6px,2px", (5, 2), 9),
+    "jackson_green": ("#999933", "triangle-ne", 5, "3px,4px", (2, 3), 9),
     # contacts of other people's codes
-    "lammps_hertz": ("LAMMPS hertz", PEER, "diamond-wide", 7, "2px,2px", (1, 2), 9),
-    "lammps_jkr": ("LAMMPS jkr", PEER, "star-triangle-down", 10, "3px,2px", (2, 1), 9),
-    "lammps_mdr": ("LAMMPS mdr", PEER, "triangle-se", 11, "7px,3px", (5, 1), 9),
-    "drake": ("Drake", PEER, "hourglass", "$D$", "9px,2px", (6, 1), 10),
-    "slippy": ("slippy", PEER, "circle-cross", "$S$", "11px,2px", (7, 1), 10),
-    "mujoco": ("MuJoCo", PEER, "octagon", "$M$", "1px,2px", (1, 1), 10),
+    "lammps_hertz": (PEER, "diamond-wide", 7, "2px,2px", (1, 2), 9),
+    "lammps_jkr": (PEER, "star-triangle-down", 10, "3px,2px", (2, 1), 9),
+    "lammps_mdr": (PEER, "triangle-se", 11, "7px,3px", (5, 1), 9),
+    "drake": (PEER, "hourglass", "$D$", "9px,2px", (6, 1), 10),
+    "slippy": (PEER, "circle-cross", "$S$", "11px,2px", (7, 1), 10),
+    "mujoco": (PEER, "octagon", "$M$", "1px,2px", (1, 1), 10),
 }
 LOOKS |= {
-    name: Look(title, colour, Marker(sign, printed), Dash(dash, (0, on_off)), size)
-    for name, (title, colour, sign, printed, dash, on_off, size) in _THEORIES.items()
+    name: Look(METHODS[name].title, colour, Marker(sign, printed), Dash(dash, (0, on_off)), size)
+    for name, (colour, sign, printed, dash, on_off, size) in _MORE.items()
 }
-# A user's methods are grey, too; in the order in which they are first drawn, no two of twelve are
-# alike.
+# A user's methods are grey, too; in the order of their names, no two of twelve are alike.
 OUTSIDE_MARKERS = (
     *(Marker("triangle-down", "v"), Marker("bowtie", "8")),
     *(Marker("x", "X"), Marker("cross", "d")),
@@ -117,18 +112,17 @@ OUTSIDE_DASHES = (
     *(Dash("10px,3px,3px,3px", (0, (7, 2, 2, 2))), Dash("2px,5px", (0, (1, 3)))),
     Dash("7px,2px,2px,2px,2px,2px", (0, (5, 1, 1, 1, 1, 1))),
 )
-_seen: dict[str, int] = {}
 
 
-def look(method: str, scene: SceneRecord | None = None) -> Look:
-    """Return the look of a method; external methods are grey, each with its own marker.
+def look(method: str, scene: SceneRecord | None = None, among: Iterable[str] = METHODS) -> Look:
+    """Return the look of a method; a user's are grey, each with its own marker among the others.
 
-    With a scene, under the name that the method has there.
+    With a scene, under the name that the method has there, and among the scene's.
     """
     if method in LOOKS:
         called = "" if scene is None else scene.called(method)
         return LOOKS[method].labelled(called) if called else LOOKS[method]
-    place = _seen.setdefault(method, len(_seen))
+    place = sorted({method, *(scene.methods if scene else among)} - {*LOOKS}).index(method)
     marker = OUTSIDE_MARKERS[place % len(OUTSIDE_MARKERS)]
     dash = OUTSIDE_DASHES[place % len(OUTSIDE_DASHES)]
     title = METHODS[method].title if method in METHODS else method.replace("_", " ")

@@ -85,8 +85,10 @@ def test_methods_differ_in_colour_marker_and_dash():
     assert look("reduced").colour == "#D55E00"
     assert look("bem_fft").colour == "#0072B2"
     assert look("tamaas").colour == "@peer"
-    own = [look(f"own-{letter}") for letter in "abcdefghijkl"]  # grey, but no two alike
+    own = [look(name, among="abcdefghijkl") for name in "abcdefghijkl"]  # grey, but no two alike
     assert len({(item.marker, item.dash) for item in own}) == len(own)
+    # whatever was drawn before
+    assert [look(name, among="lkjihgfedcba") for name in "lkjihgfedcba"] == own[::-1]
 
 
 def test_curves_carry_the_values_in_the_unit_of_the_axis(study):
