@@ -23,7 +23,7 @@ from comparisons.facts.quantities import in_order, quantity
 from comparisons.files import write_text
 from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN, Verdict, worst
 from comparisons.results.advice import ITSELF, Advice, Setting, advise, truth_known_to
-from comparisons.results.finding import answers, deciding, family, largest_error, methods_of, symbol
+from comparisons.results.finding import answers, family, largest_error, methods_of, symbol
 from comparisons.results.record import SceneRecord, StudyRecord
 from reports.pages import glossary
 from reports.pages.claims import FOLDER, claims_beside
@@ -92,6 +92,7 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
     families: dict[str, list[SimpleNamespace]] = {}  # in the order in which they first appear
     for view in views:
         families.setdefault(view.family, []).append(view)
+    judged = methods_of(record.scenes)
     words = Counter(view.decisive.word for view in views if view.decisive)
     return render(
         "report.html.j2",
@@ -100,16 +101,18 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
         record=record,
         views=views,
         families=families,
-        findings={
-            method: finding_table(record.scenes, method) for method in methods_of(record.scenes)
-        },
+        findings={method: finding_table(record.scenes, method) for method in judged},
         model=MODEL,
         overview=everything,
         validity=standing,
         swept=swept,
         prepared=prepared_table(record.scenes),
         compared=compared_methods(record.scenes),
-        lacking=not_computed(record.scenes, MODEL),
+        lacking=[
+            fmt.capitalised(f"{look(method).label}: {said}." if judged[1:] else f"{said}.")
+            for method in judged
+            if (said := not_computed(record.scenes, method))
+        ],
         quantities=in_order(name for view in views for name in view.verdicts),
         choosable=in_order(
             {name for _, figure in figures for name in figure.quantity.split()}
@@ -161,6 +164,7 @@ def scene_view(scene: SceneRecord, anchor: str) -> SimpleNamespace:
     failing = failure_view(scene)
     # The line stands beside its surface where there is one.
     reduced = None if failing else reduced_picture(scene)
+    decided = {label: worst(known.values()) for label, known in judged.items() if known}
     advice = advise(scene)
     drawn = {name: draw(scene) for name, _, draw in EVIDENCE}
     method = scene.reference.method
@@ -175,8 +179,8 @@ def scene_view(scene: SceneRecord, anchor: str) -> SimpleNamespace:
         verdicts=next(iter(judged.values())),  # on the method that the page leads with
         judged=judged,  # label (none where the model leads) -> quantity -> verdict
         others=others(scene),
-        decisive=deciding(scene),
-        decided={label: worst(known.values()) for label, known in judged.items() if known},
+        decisive=next(iter(decided.values()), None),  # on that method, too
+        decided=decided,
         at_other_load=scene.verdicts_at_other_load,
         advice=advice,
         fastest=tuple(advice.reaching()[:MOST_NAMED]),

@@ -45,7 +45,7 @@ def verdict_table(scenes: Iterable[SceneRecord], method: str, *, reasons: bool =
             true = true_value(scene, judgement.quantity)
             rows.append((sides[0], label, error, judgement.when, judged, true, sides[1]))
     heads = ("scene", "quantity", "largest error", "at", "verdict", TRUE, "cheapest")
-    found = table(heads, rows, title=_headline(method))
+    found = table(heads, rows, title=fmt.capitalised(title_of(method)))
     return found if any(row[3] for row in rows) else found.without("at")
 
 
@@ -89,7 +89,7 @@ def finding_table(scenes: Sequence[SceneRecord], method: str) -> Table:
     told = [f"{item.name}: {said}" for item in scenes if (said := not_known_here(item))]
     if method == MODEL:
         note = "\n".join(filter(None, [note, *told]))
-    return table(heads, rows, title=_headline(method), note=note)
+    return table(heads, rows, title=fmt.capitalised(title_of(method)), note=note)
 
 
 def not_computed(scenes: Sequence[SceneRecord], method: str) -> str:
@@ -102,11 +102,6 @@ def not_computed(scenes: Sequence[SceneRecord], method: str) -> str:
     of = {label: of[0] if len(of) == 1 else f"{len(of)} scenes" for label, of in lacking.items()}
     named = (label if len(scenes) == 1 else f"{label} ({of[label]})" for label in of)
     return f"not computed, so not part of the answer: {', '.join(named)}" if of else ""
-
-
-def _headline(method: str) -> str:
-    title = title_of(method)
-    return title[0].upper() + title[1:]
 
 
 def _explained(names: Iterable[str]) -> str:

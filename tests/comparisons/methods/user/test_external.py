@@ -556,10 +556,11 @@ def test_where_a_method_has_no_answer_is_told_with_each_of_its_verdicts(tmp_path
         "    return {'force': 4 / 3 * task.scene.effective_modulus * radius**0.5 * load**1.5}\n"
     )
     registry.add_class(external_work._method(f"file:{tmp_path / 'shy.py'}", "shy"))
-    few = {"compare.methods": ["closed_form", "reduced", "shy"], "compare.quantities": ["force"]}
+    asked = ["force", "contact_area"]
+    few = {"compare.methods": ["closed_form", "reduced", "shy"], "compare.quantities": asked}
     (plan,) = plan_scene(load_scene("paraboloid", few))
     scene = record_scene(*solved_in_memory(plan, "quick"))
-    (force,) = scene.verdicts_on("shy")
+    force, _ = scene.verdicts_on("shy")
     reason = f"no answer at {scene.steps - 3} of {scene.steps} loads"
     assert (force.word, force.reason) == ("not resolved", reason)
     assert force.text.endswith(reason)
@@ -575,7 +576,10 @@ def test_where_a_method_has_no_answer_is_told_with_each_of_its_verdicts(tmp_path
     assert reason in cells
     assert "force, Shy</th>" in why
     assert reason in why
-    assert "Shy against closed form" in whole
+    assert " and Shy against closed form." in whole
+    assert "Largest error of the judged methods" in whole
+    assert "Shy: not computed, so not part of the answer: contact area." in whole
+    assert whole.count("ot computed, so") == 1  # the reduced model gives all
     heading = whole.split('id="scene-1-title"')[1].split("</summary>")[0]
     assert "reduced model: " in heading
     assert f"Shy: {force.text}" in heading
