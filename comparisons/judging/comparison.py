@@ -134,7 +134,7 @@ def _solution_tables(
         "converged": solution.converged[shown].ravel(),
         "reason": reasons.ravel(),
     }
-    columns = _columns(plan, curves, names, common, truth)
+    columns = _columns(plan, curves, names, common, truth, solution.parted)
     if count > 1:  # bars and the machine are in the rows of the mean
         columns = {name: v for name, v in columns.items() if not name.startswith(BARS)}
         digits = dict.fromkeys(curves, DIGITS)
@@ -150,7 +150,9 @@ def _solution_tables(
         own = {"converged": solution.converged.all(axis=0)} | {
             f"stderr_{name}": levels.standard_error(name, resolution) for name in means
         }
-        yield pd.DataFrame(common | _columns(plan, means, ["mean"], common, truth) | own)
+        yield pd.DataFrame(
+            common | _columns(plan, means, ["mean"], common, truth, solution.parted) | own
+        )
 
 
 def _columns(
@@ -159,6 +161,7 @@ def _columns(
     realisations: list[str],
     common: dict[str, Any],
     truth: Truth | None,
+    apart: np.ndarray,
 ) -> dict[str, Any]:
     """Return values, errors and bars of some realisations, step by step; curves are (m, k)."""
     steps, count = len(plan.loads.values), len(realisations)
@@ -182,7 +185,7 @@ def _columns(
         if not truth.knows(name, curves):
             continue
         bar = truth.bar(name)
-        error = truth.errors(curves, name, main_axis(truth.axis, name))
+        error = truth.errors(curves, name, main_axis(truth.axis, name), apart)
         columns[f"error_{name}"] = np.full(error.size, np.nan) if is_truth else error.ravel()
         columns[f"{BARS}_{name}"] = np.tile(bar, count)
         if name in plan.compared:
@@ -216,9 +219,7 @@ def _verdicts(
         asked: dict[str, Any] = {"quantity": name, "at": at, "tolerance": tolerance, "rms": rms}
         lost = ~np.isfinite(error)
         if 0 < lost.sum() < lost.size:
-            lacking = "relative error" if np.isfinite(curves[name][lost]).any() else "answer"
-            loads = "loads" if quantity(at).load else "steps"
-            asked["reason"] = f"no {lacking} at {lost.sum()} of {lost.size} {loads}"
+            asked["reason"] = truth.why_missing(curves, name, at, lost)
         return Verdict(**decided, **setting, **asked, **more)
 
     if set(plan.compared) & set(FIELDS):
@@ -235,7 +236,7 @@ def _verdicts(
             # a quantity is never compared at itself, nor where it is prescribed
             if at == name or (name in plan.loads.columns and not plan.loads.compares_itself):
                 continue
-            errors = truth.errors(curves, name, at)
+            errors = truth.errors(curves, name, at, solution.parted)
             bars = combined(*truth.error_sources(levels, resolution, name, at).values())
             single = single_errors(truth.errors(solution.quantities, name, at))
             band = {}

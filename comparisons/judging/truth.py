@@ -15,7 +15,7 @@ from comparisons.formatting import duration, relative, relative_range
 from comparisons.judging.levels import Levels
 from comparisons.judging.metrics import at_equal, relative_error, rms_and_maximum
 from comparisons.judging.uncertainty import combined
-from comparisons.judging.verdicts import Number
+from comparisons.judging.verdicts import Number, of_steps
 from comparisons.tasks.solution import Solution, Solved
 
 # Closed forms are evaluated to some ten last digits.
@@ -86,20 +86,40 @@ class Truth:
         """Return a quantity where another one, `at`, has the given values (`metrics.at_equal`)."""
         return at_equal(loads, self.curves[at], self.curves[name])
 
-    def errors(self, curves: Curves, name: str, at: str) -> np.ndarray:
+    def errors(
+        self, curves: Curves, name: str, at: str, apart: np.ndarray | bool = False
+    ) -> np.ndarray:
         """Return the signed relative error of a quantity at equal `at`, per load step.
 
         Curves are (k,), or (m, k) of several realisations. At the prescribed load the values are
         compared step by step; at the other one the truth is interpolated. NaN where either does
-        not know the quantity; but where no equilibrium exists, no answer is right.
+        not know the quantity; where no equilibrium exists, to say so (`apart`, (k,)) is right.
         """
         if not (self.knows(name, curves) and (at == self.axis or self.knows(at, curves))):
             return np.full_like(curves.get(name, self.solution.converged[0]), np.nan, dtype=float)
         if at == self.axis:
             error = relative_error(curves[name], self.curves[name], path=self.path)
-            right = _apart(self.solution) & np.isnan(curves[name]) & np.isfinite(error).any()
+            right = apart & self.solution.parted & np.isfinite(error).any()
             return np.where(right, 0.0, error)
         return relative_error(curves[name], self.value(name, at, curves[at]))
+
+    def why_missing(self, curves: Curves, name: str, at: str, lost: np.ndarray) -> str:
+        """Return why there is no error at the load steps `lost`, and at how many, kind by kind."""
+        true, same = self.curves[name], at == self.axis
+        kinds = {
+            "no answer": np.isnan(curves[name]),
+            "an answer where no equilibrium exists": same & self.solution.parted,
+            "infinite": np.isinf(curves[name]),
+            "the reference has no value": same & ~np.isfinite(true),
+            "zero in the reference": same & (true == 0),
+            f"outside the reference's range of {quantity(at).label}": ~np.isnan(curves[name]),
+        }
+        told = []
+        for kind, steps in kinds.items():
+            if (steps & lost).any():
+                told.append(f"{kind} at {of_steps(steps & lost, at)}")
+            lost = lost & ~steps
+        return ", ".join(told)
 
     def bar_sources(self, name: str, at: str, *, same_surfaces: bool = False) -> Sources:
         """Return the sources of the uncertainty of a quantity at equal `at`.
@@ -324,13 +344,8 @@ def _candidate(levels: Levels, resolution: int, axis: str) -> Truth:
                 ENSEMBLE: levels.scatter(name, resolution),
             }
         known |= _read_off(solution, name)
-        sources[name] = {key: np.where(_apart(solution), 0, part) for key, part in known.items()}
+        sources[name] = {key: np.where(solution.parted, 0, part) for key, part in known.items()}
     return Truth(axis, levels, resolution, curves, sources)
-
-
-def _apart(solution: Solution) -> np.ndarray:
-    """Return at which load steps no equilibrium exists, (k,)."""
-    return (solution.answered & ~solution.converged).all(axis=0)
 
 
 def _read_off(solution: Solution, name: str) -> Sources:

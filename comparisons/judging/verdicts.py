@@ -30,6 +30,20 @@ SAME = 1e-9  # relative differences between load steps that mean nothing
 WORST_FIRST = (OUTSIDE, NO_RESULT, NOT_RESOLVED, WITHIN)
 
 
+def step_at(axis: str) -> str:
+    """Return what one load is called; creeps, speeds, times and places along a path are steps."""
+    return "load step" if quantity(axis).load else "step"
+
+
+def of_steps(chosen: np.ndarray, axis: str) -> str:
+    """Count load steps.
+
+    >>> of_steps(np.array([True, False]), "force"), of_steps(np.array([True, False]), "time")
+    ('1 of 2 load steps', '1 of 2 steps')
+    """
+    return f"{chosen.sum()} of {chosen.size} {step_at(axis)}s"
+
+
 def severity(verdict: Judgement) -> tuple[int, float, float]:
     """Return what sorts verdicts, the worst first.
 
@@ -141,8 +155,7 @@ class Verdict(Judgement):
             return LAST_LOAD
         if not self.has_step:
             return ""
-        # Creeps, speeds, times and places along a path are steps, but no loads.
-        step = f"{'load step' if quantity(self.at).load else 'step'} {self.step + 1}"
+        step = f"{step_at(self.at)} {self.step + 1}"
         return step if self.ratio else f"{step}, over the largest value of the path"
 
     @property

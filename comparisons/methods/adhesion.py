@@ -308,7 +308,7 @@ def _held(
     solution = Solution.of(task, curves, **more)
     for step in np.flatnonzero(np.isnan(solution.quantities["force"][0])):
         reason = "out of contact nothing bears a pull, a contact lets go at "
-        solution.fail((0, int(step)), f"{NO_EQUILIBRIUM}: {reason}{unpadded(pull_off, 'N')}")
+        solution.fail((0, int(step)), f"{NO_EQUILIBRIUM}{reason}{unpadded(pull_off, 'N')}")
     return solution
 
 

@@ -15,6 +15,7 @@ from comparisons.errors import ResultsError
 from comparisons.facts.methods import METHODS
 from comparisons.files import write_arrays
 from comparisons.judging.refinement import enlarged, expected, refinements
+from comparisons.judging.verdicts import of_steps, step_at
 from comparisons.machine import source_digest
 from comparisons.questions.campaign import WHOLE, Campaign, Options, Part
 from comparisons.results.folder import MAILED, PAGE, Header, Layout, Run
@@ -223,13 +224,12 @@ class Study(Campaign[None, StudyRecord]):
             if solution is None:
                 missing.append((task, "not done"))
             elif not (answered := solution.answered).all():
-                row, step = map(int, np.argwhere(~answered)[0])
+                step, row = map(int, np.argwhere(~answered.T)[0])
                 reason = solution.reasons.get((row, step), "no answer")
-                lost = np.flatnonzero(~answered.all(axis=0))
-                count = answered.shape[1]
-                if len(lost) < count:
-                    first = f"the first is load step {lost[0] + 1}"
-                    reason = f"{len(lost)} of {count} loads, {first}: {reason}"
+                lost, axis = np.asarray(~answered.all(axis=0)), task.loads.axis
+                if not lost.all():
+                    first = f"the first is {step_at(axis)} {step + 1}"
+                    reason = f"{of_steps(lost, axis)}, {first}: {reason}"
                 missing.append((task, reason))
         return missing
 

@@ -140,11 +140,17 @@ def _why_missing(record: SceneRecord, name: str, method: str) -> str:
     refused = record.unsupported
     if method in refused:
         return refused[method]
-    solved = record.solved_rows(method)
-    gives = np.isfinite(solved[name]).any()
-    if lost and (gives or not len(solved) or name in FIELDS):
+    rows = record.rows.where(record.rows["method"] == method)
+    if name in FIELDS:  # no column of the rows, and compared at the last load alone
+        rows = rows.where(rows["step"] == record.steps - 1)
+        lost = [reason for reason in rows["reason"] if reason]
+        own = (item for item in record.verdicts if (item.method, item.quantity) == (method, name))
+        gives = any(item.word != NO_RESULT for item in own)
+    else:
+        gives = np.isfinite(rows[name][rows["converged"]]).any()
+    if lost and (gives or not rows["converged"].any()):
         return lost[0]
-    if not gives:
+    if not gives or name in FIELDS:
         return NOT_COMPUTED
     truth = record.reference.method
     true = record.setting_rows(truth, record.reference.resolution)

@@ -183,6 +183,11 @@ class Solution:
             answered[index] = reason.startswith(NO_EQUILIBRIUM)
         return answered
 
+    @property
+    def parted(self) -> np.ndarray:
+        """At which load steps no equilibrium exists, (steps,)."""
+        return (self.answered & ~self.converged).all(axis=0)
+
     def put_distributions(self, row: int, histograms: Mapping[str, np.ndarray]) -> None:
         """Store the distributions of one realisation at the last load."""
         for name, counts in histograms.items():

@@ -301,7 +301,8 @@ def _measured(claim: Claim, plan: Plan, solved: Solved, truth: Truth, name: str)
         return np.nan, np.nan, {"no result": f"{name} is not known here"}
     parts = truth.error_sources(levels, levels.finest, name, at)
     parts[DISPUTE] = truth.disputed(name)
-    return interval(claim, name, truth.errors(curves, name, at), parts)
+    apart = levels.solutions[levels.finest].parted
+    return interval(claim, name, truth.errors(curves, name, at, apart), parts)
 
 
 def interval(

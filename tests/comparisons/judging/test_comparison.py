@@ -142,6 +142,31 @@ def test_failed_steps_stand_in_their_row_and_nowhere_else(plan):
     assert measure["verdict"] == "not resolved"  # the lost step may be anything
 
 
+def test_errors_are_missing_for_reasons_that_are_counted_apart(plan):
+    """Three times the force goes beyond the reference's last one at the last step alone."""
+    steps = np.arange(4)
+    true, own = hertz(), hertz()
+    own["force"] = np.where(steps < 2, np.nan, own["force"])
+    true["force"] = np.where(steps == 2, np.nan, true["force"])
+    true["contact_area"] = np.where(steps == 3, 0.0, true["contact_area"])
+    curves = {("closed_form", 1): true, ("fem", 4): own}
+    stiff = {("closed_form", 1): hertz(), ("fem", 4): scaled(hertz(), force=3.0)}
+    told, beyond = (
+        {
+            (item.quantity, item.at): item.reason
+            for item in compare(
+                plan, {key: solution(curve) for key, curve in solved.items()}, CONSTANTS
+            ).verdicts
+        }
+        for solved in (curves, stiff)
+    )
+    lost = "no answer at 2 of 4 load steps, the reference has no value at 1 of 4 load steps"
+    assert told["force", "penetration"] == lost
+    assert told["contact_area", "penetration"] == "zero in the reference at 1 of 4 load steps"
+    away = "outside the reference's range of force at 1 of 4 load steps"
+    assert beyond["contact_area", "force"] == away
+
+
 def test_a_method_that_is_refused_has_a_row_with_the_reason(scene):
     square = scene(indenter={"shape": "square_punch", "side": 1e-3})
     (plan,) = plan_scene(square)

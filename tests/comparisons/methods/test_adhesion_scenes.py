@@ -7,7 +7,9 @@ import pytest
 
 import roughline
 from comparisons.formatting import unpadded
+from comparisons.questions.study import solved_in_memory
 from comparisons.reasons import one_line
+from comparisons.results.scene_record import record_scene
 from comparisons.scene.scene import load_scene, parse_scene
 from comparisons.solving.planning import plan_scene
 from reference.closed_form.adhesive import MaugisForm
@@ -102,6 +104,30 @@ def test_where_both_find_no_equilibrium_nobody_is_wrong(tmp_path):
     for method in ("closed_form", "reduced"):
         missing = curves[f"{method}:penetration / m"].isna()
         assert missing.tolist() == [False, False, True, False]
+
+
+@pytest.mark.parametrize(
+    ("answer", "reason", "told"),
+    [
+        ({}, "ValueError: my own bug", "no answer"),
+        ({}, "no equilibrium of the automata after 9 steps", "no answer"),
+        ({"penetration": -1e-6}, "", "an answer where no equilibrium exists"),
+    ],
+)
+def test_where_no_equilibrium_exists_a_crash_is_no_answer_and_to_cling_on_a_wrong_one(
+    answer, reason, told
+):
+    forces = {"loading": {"force": [0.0, -1e-3, -4e-3, 1e-3]}}
+    asked = {"compare.methods": ["closed_form", "reduced"], "compare.quantities": ["penetration"]}
+    (plan, *_) = plan_scene(load_scene("adhesive-ball", forces | asked))
+    plan, solved = solved_in_memory(plan, "quick")
+    for (method, _), solution in solved.items():
+        if method == "reduced":
+            solution.reasons = {(0, 2): reason} if reason else {}
+            solution.put((0, 2), answer)
+            solution.converged[0, 2] = not reason
+    (verdict,) = record_scene(plan, solved).verdicts_on("reduced")
+    assert (verdict.word, verdict.reason) == ("not resolved", f"{told} at 1 of 4 steps")
 
 
 @pytest.mark.slow

@@ -309,6 +309,20 @@ def test_an_interrupt_keeps_what_is_done_and_resuming_completes_it(ball, tmp_pat
     pd.testing.assert_frame_equal(results(tmp_path / "out"), results(tmp_path / "whole"))
 
 
+def test_a_lost_load_is_told_with_the_reason_of_the_same_surface(rough, tmp_path):
+    """The first surface ends at the last load, the second one earlier."""
+    few = {"methods": ["bem_fft"], "resolutions": [16]}
+    plans = plan_scene(rough(realisations=2, loading={"force": [1e-6, 2e-6, 3e-6]}, compare=few))
+    study = Study(plans, tmp_path / "out")
+    (task,) = plans[0].tasks
+    solution = execute(task)
+    solution.fail((0, 2), "late")
+    solution.fail((1, 1), "early")
+    study.adopt([(task, solution)])
+    told = "2 of 3 load steps, the first is load step 2: early"
+    assert [reason for _, reason in study.lost()] == [told]
+
+
 def test_an_interrupt_before_the_first_solve_leaves_a_readable_folder(ball, tmp_path, monkeypatch):
     interrupt_after(monkeypatch, 0)
     study = Study(ball, tmp_path / "out")

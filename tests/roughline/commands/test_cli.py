@@ -468,7 +468,7 @@ def test_a_lost_solve_is_code_1_with_the_reason(roughline, ball, monkeypatch):
 
     monkeypatch.setitem(SOLVERS, "reduced", (Shallow,))
     told = roughline("run", ball, "--out", "shallow", "--no-pictures").out
-    partly = "1 of 2 loads, the first is load step 2: too deep"
+    partly = "1 of 2 load steps, the first is load step 2: too deep"
     assert f"lost: steel-ball, reduced, N = 6: {partly}" in told
 
 

@@ -561,7 +561,7 @@ def test_where_a_method_has_no_answer_is_told_with_each_of_its_verdicts(tmp_path
     (plan,) = plan_scene(load_scene("paraboloid", few))
     scene = record_scene(*solved_in_memory(plan, "quick"))
     force, _ = scene.verdicts_on("shy")
-    reason = f"no answer at {scene.steps - 3} of {scene.steps} loads"
+    reason = f"no answer at {scene.steps - 3} of {scene.steps} load steps"
     assert (force.word, force.reason) == ("not resolved", reason)
     assert force.text.endswith(reason)
     assert force.because.endswith(f"but {reason}")
@@ -583,6 +583,24 @@ def test_where_a_method_has_no_answer_is_told_with_each_of_its_verdicts(tmp_path
     heading = whole.split('id="scene-1-title"')[1].split("</summary>")[0]
     assert "reduced model: " in heading
     assert f"Shy: {force.text}" in heading
+
+
+@pytest.mark.parametrize("last", [False, True])
+def test_a_lost_load_is_no_reason_for_a_pressure_that_is_not_computed(last):
+    """Pressures are compared at the last load: only where that is lost may it be the reason."""
+    few = {"compare.methods": ["closed_form", "reduced", "bem_fft"], "compare.resolutions": [8]}
+    plan, solved = solved_in_memory(plan_scene(load_scene("paraboloid", few))[0], "quick")
+    solution = solved["reduced", 8]
+    solution.fields = {}
+    solution.fail((0, -1 % solution.converged.size if last else 0), "ValueError: my own bug")
+    solution.refuse_nan()
+    told = record_scene(plan, solved).verdicts_on("reduced")
+    (pressure,) = (item for item in told if item.quantity == "pressure")
+    reason = "ValueError: my own bug" if last else "not computed by the method"
+    assert (pressure.word, pressure.reason, pressure.offered) == ("no result", reason, last)
+    headline = worst(told)
+    assert (headline.quantity == "pressure") == last
+    assert last or headline.reason.startswith("no answer at 1 of ")
 
 
 def test_a_method_that_breaks_while_it_plans_is_an_error_not_a_refusal(monkeypatch):
