@@ -86,9 +86,9 @@ def scene_notes(scene: Scene, geometry: Geometry) -> list[str]:
             slopes.append(
                 f"{STRAINED if steepness <= STEEPEST else f'{checked}: '}{ratio} = "
                 f"{number(steepness)} (a/R of a paraboloid), {means} {with_unit(radius, 'm')}; "
-                "every method here takes slopes and strains as small, and errors are against that "
-                f"linear theory, not reality: an approximation from {ratio} = {number(LARGE, 1)} "
-                f"on, and from {number(STEEPEST, 1)} on their agreement says nothing"
+                "every method here takes slopes and strains as small, and errors are against this "
+                f"linear theory, not reality; it is an approximation from {ratio} = "
+                f"{number(LARGE, 1)} on, and from {number(STEEPEST, 1)} on agreement says nothing"
             )
         if depth > DEEPEST * radius:
             doubts.append("the contact is deeper than wide")
