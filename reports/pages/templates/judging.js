@@ -160,6 +160,16 @@ const judgeCells = (scene) => {
   }));
 };
 
+const judgeHeading = (scene) => { // a badge for each judged method
+  const tolerance = sceneTolerance(scene), badges = document.querySelectorAll(`#${scene.anchor} summary > .verdict`);
+  Object.values(scene.judged).filter((verdicts) => verdicts.length).forEach((verdicts, place) => {
+    const worst = worstOf(verdicts, tolerance);
+    if (!badges[place] || !worst) return;
+    asBadge(badges[place], wordFor(worst, tolerance));
+    badges[place].nextElementSibling.querySelector(".told").textContent = worst.text;
+  });
+};
+
 const judgeRow = (scene, counts) => {
   const tolerance = sceneTolerance(scene), worst = worstOf(scene.verdicts, tolerance);
   const word = worst ? wordFor(worst, tolerance) : "no result";
@@ -199,6 +209,7 @@ const judgeAll = () => {
   const counts = new Map();
   for (const scene of judging.scenes) {
     judgeCells(scene);
+    judgeHeading(scene);
     judgeRow(scene, counts);
   }
   for (const table of document.querySelectorAll("table.finding")) judgeFinding(table);

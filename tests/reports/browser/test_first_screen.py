@@ -64,6 +64,8 @@ def test_another_tolerance_is_judged_as_python_judges_it(followed, study, tolera
         assert row[2] == best
     said = finding(list(asked_anew(study, tolerance)))
     assert found(page) == [astuple(row) for row in said]
+    headings = page.locator("section.scene summary > .verdict:first-of-type").all_text_contents()
+    assert headings == [word for word, *_ in expected(study, tolerance)]
 
 
 def test_solvers_have_rows_of_their_own_on_demand(followed, study):
