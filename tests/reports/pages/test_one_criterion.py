@@ -249,12 +249,6 @@ def test_a_truth_that_alone_gives_a_quantity_answers_for_it():
             "residual_depth",
             "zero in every answer: nothing yields",
         ),
-        (
-            "adhesive-ball",
-            {"loading": {"force": ["-5 mN", "-10 mN"]}},
-            "contact_area",
-            "zero in every answer: nothing touches at any load",
-        ),
         (  # it parts at -2.96 um
             "adhesive-ball",
             {"loading": {"penetration": ["-20 um", "-10 um"]}},
@@ -268,3 +262,11 @@ def test_what_is_zero_everywhere_is_no_verdict_and_says_why(name, changes, quant
     scene = solved(name, changes | {"compare.methods": ["reduced"]})
     (zero,) = (item for item in scene.verdicts_on() if item.quantity == quantity)
     assert (zero.reason, zero.counts) == (reason, False)
+
+
+def test_a_ball_that_is_pulled_beyond_its_pull_off_has_no_result_and_says_why():
+    """No contact bears more than 3/2 pi w R, 2.356 mN here: no zero stands for an answer."""
+    pulled = {"loading": {"force": ["-5 mN", "-10 mN"]}, "compare.methods": ["reduced"]}
+    known = {item.quantity: item for item in solved("adhesive-ball", pulled).verdicts_on()}
+    assert known["contact_area"].word == NO_RESULT
+    assert known["contact_area"].reason.startswith("no equilibrium: ")
