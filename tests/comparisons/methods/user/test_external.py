@@ -582,7 +582,7 @@ def test_where_a_method_has_no_answer_is_told_with_each_of_its_verdicts(tmp_path
     assert whole.count("ot computed, so") == 1  # the reduced model gives all
     heading = whole.split('id="scene-1-title"')[1].split("</summary>")[0]
     assert "reduced model: " in heading
-    assert f"Shy: {force.text}" in heading
+    assert f'Shy: <span class="told">{force.text}<' in heading
 
 
 @pytest.mark.parametrize("last", [False, True])
