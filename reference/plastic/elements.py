@@ -43,8 +43,7 @@ _OUTER, _GROWTH = 15.0, 1.4
 _BLOCK_OUTER, _BLOCK_GROWTH = 10.0, 1.6
 # Elements along the surface that lie over one in the depth. The pressure of a contact that yields
 # ends in a jump, which one element does not have: the force swings while the edge passes through
-# it. That falls with the length of elements along the surface alone, with an
-# order of 1.2 to 1.9.
+# it. That falls with the length of elements along the surface alone, with an order of 1.2 to 1.9.
 _ALONG = 2
 # Points of quadrature along a side of an element, and of a facet of the surface: more points of
 # contact on an axisymmetric element than it has shapes make the edge stick and jump.
