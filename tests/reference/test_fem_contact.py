@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.special import ellipk
 
-from reference.closed_form import ellipsoid
 from reference.errors import ConvergenceError
 from reference.fem import (
     Enforcement,
@@ -102,18 +101,6 @@ def test_flat_elliptic_punch_stiffness(aspect, bound):
     assert 0.0 < punch_stiffness(4, aspect) < bound
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("ratio", "nu"), [(4.0, 0.0), (25.0, 0.49)])
-def test_ellipsoid_force_and_area(ratio, nu):
-    """R'/R'' = 4 and 25 against Hertz (Johnson 1985, eqs. 4.26-4.32): 7e-5 and up to 3.1e-4."""
-    half_x, half_y = ellipsoid(ratio, 1.0, 1.0).semi_axes(1.0)
-    body = fitted_body(nu, 4, aspect=half_x / half_y)
-    exact = ellipsoid(ratio, 1.0, body.effective_modulus)
-    _, step = indented(body, lambda x, y: 0.5 * (x**2 / ratio + y**2), 0.1)
-    assert step.force == pytest.approx(exact.force(0.1), rel=4e-4)
-    assert step.contact_area == pytest.approx(exact.contact_area(0.1), rel=8e-4)
-
-
 @pytest.mark.parametrize("radius", [1.01, 1.1, 3.0])
 def test_rounded_punch_with_its_kink_anywhere_inside_the_mesh(radius):
     """Flat to 1, then (r - 1)^2/2: F by the method of dimensionality reduction (Popov & Hess 2015).
@@ -135,19 +122,6 @@ def test_rounded_punch_with_its_kink_anywhere_inside_the_mesh(radius):
     assert step.contact_area == pytest.approx(np.pi * radius**2, rel=4e-3)
 
 
-@pytest.mark.slow
-def test_pressure_peak_and_radius_are_those_of_hertz():
-    """At 24 000 unknowns: peak 1e-3, L2 5e-3, contact radius 5e-4 (measured 7e-5, 5e-4, 1e-6)."""
-    fitted, step = indented(fitted_body(0.3, 6), lambda x, y: 0.5 * (x**2 + y**2), 1.0)
-    radius = np.hypot(*fitted.points.T)
-    peak = 2.0 * fitted.effective_modulus / np.pi
-    exact = peak * np.sqrt(np.clip(1.0 - radius**2, 0.0, None))
-    error = fitted.weights @ (step.pressure - exact) ** 2 / (fitted.weights @ exact**2)
-    assert np.sqrt(error) < 5e-3
-    assert step.pressure.max() == pytest.approx(peak, rel=1e-3)
-    assert np.sqrt(step.contact_area / np.pi) == pytest.approx(1.0, rel=5e-4)
-
-
 def test_contact_radius_from_moments_beats_counting():
     """Measured rms 0.7 % against 3 % for the counted nodes."""
     body = default_body()
@@ -166,17 +140,6 @@ def test_nearly_incompressible_elements_do_not_lock():
     body = half_space_body(TensorMesh(lines, lines, symmetry="quarter"), Material(1.0, 0.499))
     (step,) = press(body, paraboloid(body), Load("penetration", 0.9))
     assert abs(hertz_error(body, step)) < 0.03
-
-
-def test_forces_do_not_depend_on_the_extent_of_the_mesh():
-    """Between 3 a and 8 a by 6e-5, the growth of the mesh."""
-    errors = []
-    for extent in (3.0, 8.0):
-        mesh = RingMesh(1.0, elements=2, edge=1.0, extent=extent)
-        body = half_space_body(mesh, Material(1.0, 0.3))
-        (step,) = press(body, paraboloid(body), Load("penetration", 0.99))
-        errors.append(hertz_error(body, step))
-    assert abs(errors[0] - errors[1]) < 5e-4
 
 
 def test_half_and_full_models_agree():
@@ -212,7 +175,7 @@ def test_depths_count_from_first_touch():
     1e12 contact radii away, positions are known to 1e-4, and so is the penetration; the force is
     the one asked for.
     """
-    body = small_body(1.0, 1.0)
+    body = small_body()
     gap = paraboloid(body)
     (near,) = press(body, gap, Load("force", 1e-3))
     (far,) = press(body, gap + 1e12, Load("force", 1e-3))
@@ -225,47 +188,24 @@ def test_depths_count_from_first_touch():
     assert nothing.force == 0.0
 
 
-@settings(max_examples=20, deadline=None)
-@given(
-    depth=st.floats(0.05, 1.0),
-    length=st.sampled_from([2.0**-30, 2.0**-3, 1.0, 2.0**10]),
-    modulus=st.sampled_from([1.0, 2.0**37, 2.0**-5]),
-)
-def test_scaling_by_powers_of_two_changes_no_bit(depth, length, modulus):
-    body = small_body(1.0, 1.0)
-    (plain,) = press(body, paraboloid(body), Load("penetration", depth))
-    twin = small_body(length, modulus)
-    gap = length * paraboloid(body)
-    (scaled,) = press(twin, gap, Load("penetration", depth * length))
-    assert scaled.force == plain.force * modulus * length**2
-    assert np.array_equal(scaled.active, plain.active)
-
-
 @cache
-def small_body(length, modulus):
-    return half_space_body(RingMesh(length, elements=3), Material(modulus, 0.3))
-
-
-@settings(max_examples=25, deadline=None)
-@given(load=st.floats(1e-4, 3.0), exponent=st.floats(1.0, 6.0))
-def test_force_control_inverts_penetration_control(load, exponent):
-    body = default_body()
-    gap = np.hypot(*body.points.T) ** exponent
-    (by_force,) = press(body, gap, Load("force", load))
-    (by_depth,) = press(body, gap, Load("penetration", by_force.penetration))
-    assert by_depth.force == pytest.approx(load, rel=1e-9)
-    assert np.array_equal(by_depth.active, by_force.active)
+def small_body():
+    return half_space_body(RingMesh(1.0, elements=3), Material(1.0, 0.3))
 
 
 @settings(max_examples=25, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_contact_laws_hold_on_random_gaps(seed):
-    """No overlap, no tension, force rises with penetration, stiffness is the slope, balance."""
+    """No overlap, no tension, force rises with penetration, stiffness is the slope, balance.
+
+    From any start: a random contact set has tension and overlap all over.
+    """
     body = default_body()
     rng = np.random.default_rng(seed)
     gap = rng.uniform(0.0, 1.0, len(body.weights)) ** 2
     gap[rng.random(len(gap)) < 0.1] = np.inf
-    steps = list(press(body, gap, Load("penetration", [0.1, 0.2, 0.4])))
+    start = rng.random(len(gap)) < rng.random()
+    steps = list(press(body, gap, Load("penetration", [0.1, 0.2, 0.4]), start=start))
     for step in steps:
         assert step.violation < 1e-10
         assert np.all(step.pressure >= 0.0)
@@ -342,10 +282,6 @@ def tables():
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
-
-
-def test_the_fourth_power_keeps_the_contract_without_lateral_strain(tables):
-    assert abs(tables.SHAPES["fourth power"](4, 0.0)) < BOUNDS["fourth power"][0]
 
 
 @pytest.mark.slow

@@ -186,51 +186,6 @@ def test_penalty_from_one_to_a_hundred_million_never_breaks():
     )
 
 
-def random_gap(rng):
-    """Return several bumps, a power law, noise and holes: anything but convex."""
-    x, y = body().points.T
-    gap = rng.uniform(0.2, 2.0) * np.hypot(x, y) ** rng.uniform(0.5, 6.0)
-    for _ in range(rng.integers(0, 4)):
-        centre, width = rng.uniform(-1, 1, 2), rng.uniform(0.1, 0.6)
-        distance = np.hypot(x - centre[0], y - centre[1])
-        gap += rng.uniform(-0.5, 0.5) * np.exp(-((distance / width) ** 2))
-    gap += rng.uniform(0.0, 0.2) * rng.random(len(gap))
-    gap -= gap.min()
-    if rng.random() < 0.3:
-        gap[rng.random(len(gap)) < 0.3] = np.inf
-    return gap
-
-
-def random_load(rng, gap):
-    """Return a force of any size, or a depth that overlaps with 2 to 100 % of the points."""
-    if rng.integers(2):
-        return Load("force", 10.0 ** rng.uniform(-3, 1))
-    return Load("penetration", np.quantile(gap[np.isfinite(gap)], rng.uniform(0.02, 1.0)))
-
-
-def settle(count):
-    """Return iterations and violations of the active set over random shapes, loads and starts.
-
-    Half of them start from a random contact set, which has tension and overlap all over.
-    """
-    rng = np.random.default_rng(20)
-    result = []
-    for _ in range(count):
-        gap = random_gap(rng)
-        start = rng.random(len(gap)) < rng.random() if rng.integers(2) else None
-        (step,) = press(body(), gap, random_load(rng, gap), start=start)
-        result.append((step.iterations, step.violation, step.active.mean()))
-    return np.array(result)
-
-
-def test_active_set_settles_on_random_shapes():
-    """Fifty of the five hundred of the slow test."""
-    iterations, violation, share = settle(50).T
-    assert violation.max() < 1e-9
-    assert np.median(iterations) <= 12
-    assert np.ptp(share) > 0.3  # from few points to much of the mesh
-
-
 def rough_gap(x, y):
     """Return the gap of random waves, the shortest a third of the unit patch."""
     rng = np.random.default_rng(5)

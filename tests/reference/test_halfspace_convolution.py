@@ -97,20 +97,6 @@ def problem(operator_class):
 
 
 @pytest.mark.parametrize("operator_class", [FreeOperator, PeriodicOperator])
-@pytest.mark.parametrize(
-    "stage", [(np.float64, False, 60), (np.float64, True, 2000)], ids=["double", "plain"]
-)
-def test_every_stage_alone_reaches_the_same_contact(operator_class, stage, monkeypatch):
-    """The plain method, the last resort, needs no preconditioner and no single precision."""
-    operator, gap = problem(operator_class)
-    usual = press(operator, gap, Load("force", 20.0), tolerance=1e-11)
-    monkeypatch.setattr(descent, "_STAGES", (stage,))
-    alone = press(operator, gap, Load("force", 20.0), tolerance=1e-11)
-    np.testing.assert_array_equal(alone.mask, usual.mask)
-    np.testing.assert_allclose(alone.pressure, usual.pressure, atol=1e-8 * usual.pressure.max())
-
-
-@pytest.mark.parametrize("operator_class", [FreeOperator, PeriodicOperator])
 def test_a_preconditioner_that_misleads_is_given_up(operator_class, monkeypatch):
     """With |q| replaced by its sixth power both preconditioned stages stall; the plain one ends."""
     operator, gap = problem(operator_class)

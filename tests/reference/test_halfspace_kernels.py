@@ -49,25 +49,6 @@ def test_on_the_edge_of_the_loaded_cell_loves_formula_is_finite():
     assert corner == pytest.approx(float(kernels.love(0, 0, (2.0, 2.0), 1.0)) / 4, rel=1e-14)
 
 
-def test_kernel_as_printed_in_the_chapter_fails_at_far_offsets_only():
-    """(19.3) prints sqrt(a^2+b^2) in the first term: +466 % at offset (5, 7), none at (0, 0)."""
-
-    def printed(i, j):
-        a, b, c, d = i + 0.5, i - 0.5, j + 0.5, j - 0.5
-        root = np.hypot
-        return (
-            a * np.log((c + root(a, c)) / (d + root(a, b)))
-            + b * np.log((d + root(b, d)) / (c + root(b, c)))
-            + c * np.log((a + root(a, c)) / (b + root(b, c)))
-            + d * np.log((b + root(b, d)) / (a + root(a, d)))
-        ) / np.pi
-
-    offsets = ((5, 7), (0, 0))
-    error = [printed(i, j) / float(kernels.love(i, j, (1.0, 1.0), 1.0)) - 1 for i, j in offsets]
-    assert error[0] == pytest.approx(4.66, abs=0.01)
-    assert abs(error[1]) < 1e-14
-
-
 @pytest.mark.parametrize("mode", [(1, 0), (3, 5), (0, 4)])
 def test_cosine_pressure_gives_johnsons_cosine_displacement(mode):
     """Displacement 2 p/(E* q) for p = cos(q.x) (Johnson 1985, sec. 13.2)."""

@@ -16,6 +16,7 @@ from comparisons.solving.planning import plan_scene
 from reference.closed_form import stiffness_ratio
 
 RUBBER = {"youngs_modulus": "3 MPa", "poisson_ratio": 0.5}
+STEEL = {"youngs_modulus": "210 GPa", "poisson_ratio": 0.3}
 PULL = {"force": "1 N", "tangential_force": ["0.2 N", "-0.2 N"], "substeps": 2}
 
 
@@ -37,14 +38,6 @@ def test_springs_and_half_space_meet_on_rubber(solved, scene):
     assert other.violation.max() <= 1e-6
 
 
-def test_finite_elements_lose_what_slides_as_a_whole(solved, scene):
-    steel = {"youngs_modulus": "210 GPa", "poisson_ratio": 0.3}
-    loading = {"force": "1 N", "tangential_force": ["0.2 N", "0.4 N"]}
-    slides = solved(friction(scene, half_space=steel, loading=loading), "fem", 2, lost=True)
-    assert slides.converged[0].tolist() == [True, False]
-    assert "full sliding" in slides.reasons[0, 1]
-
-
 @pytest.mark.parametrize("kind", ["tangential_force", "tangential_displacement"])
 def test_a_flat_circle_on_rubber_has_a_closed_form(solved, scene, kind):
     """Linear up to mu F, and the same springs: rounding. Beyond mu F there is no force to hold."""
@@ -64,10 +57,14 @@ def test_a_flat_circle_on_rubber_has_a_closed_form(solved, scene, kind):
     assert held == 3 or "full sliding" in one.reasons[0, 2]
 
 
-@pytest.mark.parametrize("name", ["reduced", "bem_fft"])
-def test_what_slides_as_a_whole_loses_the_rest_of_its_path(solved, scene, name):
+@pytest.mark.parametrize(
+    ("name", "resolution", "body"),
+    [("reduced", 8, RUBBER), ("bem_fft", 8, RUBBER), ("fem", 2, STEEL)],
+)
+def test_what_slides_as_a_whole_loses_the_rest_of_its_path(solved, scene, name, resolution, body):
     loading = {"force": "1 N", "tangential_force": ["0.2 N", "0.4 N", "0.1 N"]}
-    solution = solved(friction(scene, loading=loading), name, 8, lost=True)
+    pushed = friction(scene, half_space=body, loading=loading)
+    solution = solved(pushed, name, resolution, lost=True)
     assert solution.converged[0].tolist() == [True, False, False]
     assert "full sliding" in solution.reasons[0, 2]
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose, assert_array_equal
+from numpy.testing import assert_allclose
 
 from comparisons.formatting import with_unit
 from comparisons.methods.registry import solver_for
@@ -72,18 +72,6 @@ def test_only_what_asks_for_the_area_unloads_for_it(scene, asked, given):
     (plan, *_) = plan_scene(yielding(scene, 2))
     answer = execute(Task(plan.scene, plan.geometry, plan.loads, "fem", 3, (asked,)))
     assert ("contact_area" in answer.quantities) == given
-
-
-@pytest.mark.slow
-def test_forces_and_penetrations_are_one_curve(solved, scene):
-    by_depth = solved(yielding(scene, 5, 20), "reduced", 400)
-    by_force = yielding(scene, loading={"force": curve(by_depth).tolist()})
-    assert_allclose(
-        curve(solved(by_force, "reduced", 400), "penetration"), [5 * FIRST, 20 * FIRST], rtol=1e-3
-    )
-    (elements,) = curve(solved(yielding(scene, 5), "fem", 3))
-    again = solved(yielding(scene, loading={"force": elements}), "fem", 3)
-    assert_allclose(curve(again, "penetration"), 5 * FIRST, rtol=0.02)
 
 
 @pytest.mark.slow
@@ -177,24 +165,6 @@ def test_automata_dent_as_elements_do_and_yield_where_hertz_has_it(solved, scene
     assert_allclose(curve(solution, "first_yield"), exact, rtol=0.06)
 
 
-@pytest.mark.slow
-def test_an_ellipsoid_dents_automata_along_a_path_of_forces(solved, scene):
-    shape = {"shape": "ellipsoid", "radius_x": "10 mm", "radius_y": "5 mm"}
-    dented, elastic = (
-        curve(
-            solved(yielding(scene, 10, 5, indenter=shape, plasticity={"yield_stress": y}), "mca", 3)
-        )
-        for y in ("420 MPa", "420 GPa")
-    )
-    assert 0.5 * elastic[0] < dented[0] < 0.95 * elastic[0]
-    loading = {"force": dented.tolist()}
-    depths = curve(
-        solved(yielding(scene, indenter=shape, loading=loading), "mca", 3), "penetration"
-    )
-    # the stages of a path of forces and of one of depths differ: 1 to 2 per cent of the deepest
-    assert_allclose(depths / FIRST, [10, 5], atol=0.2)
-
-
 COARSE = {"surface.points": 32, "surface.short_cutoff": "12.5 um", "surface.realisations": 2}
 QUANTITIES = ("force", "contact_area", "penetration", "residual_depth", "plastic_share")
 
@@ -224,31 +194,6 @@ def test_surfaces_and_maps_yield_and_keep_a_dent(solved, scene, resolution):
     assert grid["residual_depth"][:, -1].min() > 0
     hardness = scene.plasticity.hardness
     assert (grid["force"] <= 1.02 * hardness * grid["contact_area"]).all()
-
-
-def test_soft_surfaces_touch_on_force_over_hardness(solved):
-    soft = rough(plasticity__yield_stress="50 MPa", loading__force={"values": [1e-4, 4e-4]})
-    soft = load_scene(soft, {"loading.force.relative_to": "E* A0 h'"})
-    grid = solved(soft, "bem_fft", 64).quantities
-    # E* h'/H = 49; some 20 and 80 cells touch, so that a cell is 5 and 1.3 per cent
-    hard = grid["force"] / soft.plasticity.hardness
-    assert (np.abs(grid["contact_area"] / hard - 1) < [[0.05, 0.013]]).all()
-    line = solved(soft, "reduced", 64).quantities
-    # by (19.37) parabolas in full yield have (pi/4) H, and contacts of lines nearly so
-    mean = line["force"].sum() / line["contact_area"].sum() / soft.plasticity.hardness
-    assert_allclose(mean, np.pi / 4, rtol=0.12)
-
-
-@pytest.mark.parametrize("method", ["bem_fft", "reduced"])
-def test_hard_surfaces_are_elastic(solved, method):
-    load = {"loading__force": {"values": [0.02], "relative_to": "E* A0 h'"}}
-    hard = solved(rough(plasticity__yield_stress="1e6 GPa", **load), method, 32).quantities
-    tables = rough(**load).model_dump(exclude_defaults=True)
-    del tables["plasticity"], tables["compare"]
-    elastic = solved(load_scene(tables), method, 32).quantities
-    for name in ("contact_area", "penetration"):
-        assert_array_equal(hard[name], elastic[name])
-    assert not hard["plastic_share"].any()
 
 
 def test_the_pressure_of_a_surface_that_yields_is_kept_for_its_contact_spots():
