@@ -202,27 +202,20 @@ def test_a_shelf_is_crossed_in_a_jump_both_ways():
 
 
 @pytest.mark.parametrize("shape", list(SHAPES))
-def test_the_work_of_a_cycle_is_what_the_jumps_lost(shape):
-    """Integral of F over d around a closed cycle, trapezoids between 4000 depths per way.
+def test_the_work_of_the_force_is_stored_or_lost_in_jumps(shape):
+    """U - pi w a^2 and what jumps lost change by int F dd: on a part, and around a closed cycle.
 
-    The rule errs where a jump falls between two depths, by the jump in force times the step.
+    Trapezoids between 4000 depths per way err where a jump falls between two depths, by the jump in
+    force times the step; none does on the way back from 0.1 to 0.05.
     """
     path = np.concatenate([np.linspace(0, 0.2, 4000), np.linspace(0.2, -0.5, 4000)])
     contact = adhere(Springs(SHAPES[shape], 1.0), W, LoadPath("penetration", path))
-    work = np.trapezoid(contact.force, contact.penetration)
-    assert contact.contact_radius[-1] == 0
-    assert work == pytest.approx(contact.dissipated[-1], rel=2e-3)
-
-
-@pytest.mark.parametrize("shape", list(SHAPES))
-def test_energy_between_jumps_is_the_work_of_the_force(shape):
-    """Along the stable branch U - pi w a^2 changes by int F dd; nothing is lost."""
-    path = np.linspace(0.1, 0.05, 3000)
-    contact = adhere(Springs(SHAPES[shape], 1.0), W, LoadPath("penetration", path))
     free = contact.elastic_energy - np.pi * W * contact.contact_radius**2
-    lost = contact.dissipated[-1] - contact.dissipated[0]
-    work = np.trapezoid(contact.force, path)
-    assert free[-1] - free[0] + lost == pytest.approx(work, rel=1e-5)
+    for way, tolerance in ((slice(4572, 4857), 1e-5), (slice(0, None), 2e-3)):
+        work = np.trapezoid(contact.force[way], path[way])
+        kept = (free + contact.dissipated)[way]
+        assert kept[-1] - kept[0] == pytest.approx(work, rel=tolerance)
+    assert contact.contact_radius[-1] == 0
 
 
 @given(

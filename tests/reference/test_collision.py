@@ -50,30 +50,6 @@ def test_quadrature_and_closed_form_of_power_laws_agree(exponent):
     assert rebound.force == pytest.approx(exact.force, rel=1e-12)
 
 
-def test_a_sphere_is_struck_longer_than_its_paraboloid():
-    """A sphere is blunter nowhere: at equal energy it goes deeper; the series in x_m/R is small.
-
-    By Runge and Kutta on the closed force, independent of energies.
-    """
-    form = sphere(1.0, 1.0)
-    rebound = collide(form, 1.0, 0.1)
-
-    def left(_, y):
-        return y[0] - 1e-12
-
-    left.terminal, left.direction = True, -1.0
-    run = solve_ivp(
-        lambda _, y: [y[1], -float(form.force(max(y[0], 0.0)))],
-        *((0, 20), [1e-11, 0.1]),
-        method="DOP853",
-        rtol=1e-11,
-        atol=1e-13,
-        events=left,
-    )
-    assert rebound.duration == pytest.approx(float(run.t[-1]), rel=1e-8)
-    assert rebound.penetration == pytest.approx(float(run.y[0].max()), rel=1e-3)
-
-
 def test_an_impact_on_a_computed_curve_knows_its_error():
     """Twelve points of the sphere's curve: the bar covers the error and shrinks with the points."""
     form = sphere(1.0, 1.0)

@@ -105,18 +105,6 @@ def test_ting_refuses_a_retreat_that_the_surface_overtakes():
     assert result.contact_radius[4] > result.contact_radius[3]
 
 
-def test_creep_of_both_rooms():
-    """A ramp of the force, then rest: springs against A(d) = int J dF."""
-    t = np.linspace(0, 2, 41)
-    force = 0.02 * np.minimum(t, 1.0)
-    exact = creep(BALL, 1.0, SOLID, History("force", [0, 1, 2], [0, 0.02, 0.02]), t[1:])
-    result = indent_in_time(
-        RelaxingSprings(paraboloid(1.0), SOLID_SPRINGS, per_radius=160), t, LoadPath("force", force)
-    )
-    # 41 times: dt^2, most of it where the ramp starts (d ~ t^(2/3) there)
-    np.testing.assert_allclose(result.penetration[11:], exact.penetration[10:], rtol=4e-4)
-
-
 def cells(n, reach):
     """Square grid of n x n cells over |x|, |y| < reach, and the squared radius of its cells."""
     dx = 2 * reach / n

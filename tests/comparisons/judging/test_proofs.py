@@ -178,16 +178,6 @@ def test_theorems_refuse_scenes_with_their_reason(scene, reason):
         plan_scene(load_scene(scene, {"compare.proved": True}))
 
 
-@pytest.mark.slow
-def test_a_built_in_scene_may_be_given_physics_that_nothing_is_proved_of():
-    """Built-in contacts ask for what is proved if there is any; a ball that sticks is solved."""
-    assert load_scene("paraboloid").compare.proved == "if_any"
-    sticky = {"adhesion.work": "50 mJ/m^2", "compare.quantities": ["force"]}
-    result = solve_scene("paraboloid", "reduced", 10, overrides=sticky)
-    assert result.converged
-    assert not any(name.endswith("_lower") for name in result.columns())
-
-
 def test_a_report_draws_the_interval_and_says_which_bars_miss_it(monkeypatch):
     record = recorded()
     assert record.disagreements == ()

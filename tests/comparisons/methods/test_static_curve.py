@@ -1,14 +1,11 @@
 """Impacts as scenes: every method against the closed form, courses in time, what is refused."""
 
-import json
-
 import numpy as np
 import pytest
 
 from comparisons.questions.single import solve_scene
 from comparisons.scene.scene import SceneError, make_scene
 from comparisons.solving.planning import plan_scene
-from roughline.commands.app import run_command
 
 STEEL = {"youngs_modulus": "210 GPa", "poisson_ratio": 0.3}
 BALL = {"shape": "paraboloid", "radius": "10 mm"}
@@ -101,22 +98,3 @@ def test_an_impact_whose_energy_underflows_is_refused():
     dynamics = {"mass": 1e-290, "velocity": [1e-20, 1.0]}
     with pytest.raises(SceneError, match="kinetic energy"):
         plan_scene(impact(dynamics=dynamics))
-
-
-@pytest.mark.slow
-def test_the_command_line_solves_runs_and_reports_an_impact(tmp_path, capsys):
-    """Every command of the contract on one scene with physics, as a user types them."""
-
-    def said(*words):
-        capsys.readouterr()
-        assert run_command(list(words)) == 0
-        return capsys.readouterr().out
-
-    document = json.loads(said("solve", "impact-ball", "--method", "reduced", "--json"))
-    assert len(document["restitution"]) == len(document["velocity"]) == 9
-    assert "switched on: inertia" in said("run", "impact-ball", "--plan")
-    out = tmp_path / "out"
-    said("run", "impact-ball", "--methods", "closed_form,reduced", "--out", str(out))
-    page = (out / "report.html").read_text(encoding="utf-8")
-    assert "Duration of contact against velocity of impact" in page
-    assert "velocity" in (out / "results.csv").read_text().splitlines()[0].split(",")

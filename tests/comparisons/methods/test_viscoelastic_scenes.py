@@ -58,23 +58,6 @@ def test_creep_under_a_sudden_force(model):
     assert errors["bem_fft", "penetration"] < (0.04 if model["model"] == "kelvin_voigt" else 0.02)
 
 
-@pytest.mark.slow
-def test_a_force_ramp_from_nothing():
-    """No contact at first, a state like others; then springs 1e-3 in depth, the grid 0.3 %."""
-    loading = {"time": [0.0, 0.5, 1.0, 2.0], "force": [0.0, 0.1, 0.2, 0.4]}
-    plan = planned(loading)
-    solutions = solved_in_memory(plan, "quick")[1]
-    for solution in solutions.values():
-        assert solution.converged.all()
-        for name in ("force", "penetration", "contact_area"):
-            assert solution.quantities[name][0, 0] == 0.0
-    result = compare(plan, solutions, {})
-    assert result.truth.method == "closed_form"
-    errors = {(v.method, v.quantity): abs(v.error) for v in result.verdicts if v.resolution == 32}
-    assert errors["reduced", "penetration"] < 1e-3
-    assert errors["bem_fft", "penetration"] < 3e-3
-
-
 def test_a_rough_surface_relaxes_on_the_grid():
     """A periodic patch under a constant force creeps: its depth and its area grow."""
     surface = {

@@ -165,19 +165,6 @@ def test_force_control_inverts_displacement_control(path, seed):
     )
 
 
-def test_closed_loop_is_forgotten_and_symmetric():
-    """Masing: a loop between +-f returns to its start and its halves mirror each other."""
-    amplitude = 0.7 * MU * 2.0
-    path = amplitude * np.array([1, 0.5, -0.2, 0.5, 1, -1, 1, -1])
-    sliding = pulled(Springs(paraboloid(1.0), E), force=2.0, tangential_force=path)
-    u = sliding.tangential_displacement
-    assert u[4] == pytest.approx(u[0], rel=1e-13)  # inner loop left no trace
-    assert u[5] == pytest.approx(-u[4], rel=1e-13)
-    assert u[[6, 7]] == pytest.approx(u[[4, 5]], rel=1e-13)
-    steps = np.diff(sliding.dissipation)
-    assert steps[5:] == pytest.approx(steps[4], rel=1e-12)
-
-
 def test_loss_of_a_cycle_is_mindlins():
     """Mindlin & Deresiewicz 1953 (Johnson 1985, (7.52)) for the paraboloid, force amplitude T.
 

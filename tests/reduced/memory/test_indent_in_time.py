@@ -112,33 +112,6 @@ def test_elastic_material_is_the_elastic_contact(profile):
     )
 
 
-def ramp_force(t, speed):
-    """Lee & Radok for a paraboloid at constant speed, Gauss on panels that halve at both ends."""
-    halves = 0.5 ** np.arange(1, 40)
-    marks = t * np.concatenate([[0.0], halves[::-1], 1 - halves[1:], [1.0]])
-    nodes, weights = np.polynomial.legendre.leggauss(12)
-    s = marks[:-1, None] + np.diff(marks)[:, None] * (nodes + 1) / 2
-    growth = 2 * np.sqrt(2.0 * speed * s) * speed
-    return (4 * SOLID.relaxation(t - s) * growth * weights * np.diff(marks)[:, None] / 2).sum()
-
-
-def test_springs_converge_to_lee_and_radok():
-    """Ramp, five springs per radius to eighty: at least second order, 3e-5 at forty."""
-    springs = np.array([5, 10, 20, 40, 80])
-    exact = ramp_force(1.0, 0.01)
-    errors = np.array(
-        [
-            abs(
-                pressed(RelaxingSprings(BALL, SOLID, per_radius=n), [0, 1], [0, 0.01]).force[1]
-                - exact
-            )
-            for n in springs
-        ]
-    )
-    assert -np.polyfit(np.log(springs), np.log(errors), 1)[0] > 2.2
-    assert errors[3] < 3e-5 * exact
-
-
 def equal_times(t_end, n):
     return np.linspace(0, t_end, n + 1)
 

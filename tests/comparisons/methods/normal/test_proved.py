@@ -59,13 +59,6 @@ def test_penetration_at_a_force_and_force_at_that_penetration_are_enclosed(perio
     assert again["stiffness_lower"] < columns["stiffness"] < again["stiffness_upper"]
 
 
-def test_what_no_sample_touches_carries_at_least_nothing():
-    """Penetrations count from the highest point, which lies above the samples of the bounds."""
-    columns = solved(False, {"penetration": ["1e-15 m"]}, 12)
-    assert columns["force_lower"] == 0
-    assert 0 < columns["force_upper"] < 1e-8
-
-
 @pytest.mark.slow
 def test_a_load_at_which_nothing_is_proved_leaves_the_others_theirs():
     """Cells of a period prove nothing of a contact far smaller than they are: NaN, no traceback."""

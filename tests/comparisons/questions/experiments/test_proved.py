@@ -6,9 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from comparisons.geometry.prepare import prepare
-from comparisons.methods.normal.proved import proof_of
-from comparisons.methods.solver import Refused
 from comparisons.questions.experiments import EXPERIMENTS
 from comparisons.questions.experiments.proved import (
     _CELLS,
@@ -16,21 +13,7 @@ from comparisons.questions.experiments.proved import (
     punch_stiffness,
     pyramid_bounds,
 )
-from comparisons.scene.scene import Scene
-from reference import closed_form
 from reference.bounds.flat_faces import equal_area_stiffness
-from reference.bounds.interval import Interval
-
-
-def scene(**tables):
-    return Scene.model_validate(
-        {
-            "name": "bounded",
-            "half_space": {"youngs_modulus": "1 GPa", "poisson_ratio": 0.0},
-            "loading": {"penetration": ["1 um"]},
-            **tables,
-        }
-    )
 
 
 @pytest.mark.slow
@@ -41,47 +24,6 @@ def test_circles_of_equal_area_are_too_soft(monkeypatch):
         measured = EXPERIMENTS["face-rule"].measure(sides, "quick", rule=EQUAL_AREA)
         assert measured.error + measured.uncertainty < 0
         assert abs(measured.error) < most
-
-
-def proved(**tables):
-    made = scene(**tables)
-    return proof_of(made, prepare(made)[0])
-
-
-def test_force_of_a_ball_is_enclosed_in_si_units():
-    proof = proved(indenter={"shape": "paraboloid", "radius": "1 mm"})
-    hertz = closed_form.paraboloid(1e-3, 1e9)
-    assert float(hertz.force(1e-6)) in proof.force(1e-6)
-    at = Interval(1e-6, 1e-6), proof.force(1e-6)
-    assert float(hertz.energy(1e-6)) in proof.energy(*at)
-    assert float(hertz.stiffness(1e-6)) in proof.stiffness(*at)
-    assert proof.force(1e-6).width < 1e-4
-
-
-def test_a_cylinder_has_one_stiffness():
-    proof = proved(indenter={"shape": "cylinder", "radius": "2 mm"})
-    one, other = (proof.stiffness(Interval(d, d), proof.force(d)) for d in (1e-6, 2e-6))
-    assert 2 * 1e9 * 2e-3 in one
-    assert one == other
-
-
-@pytest.mark.parametrize(
-    ("tables", "reason"),
-    [
-        ({"indenter": {"shape": "power_law", "exponent": 0.5, "coefficient": 1.0}}, "convex"),
-        (
-            {
-                "indenter": {"shape": "paraboloid", "radius": "1 mm"},
-                "adhesion": {"work": "0.05 J/m^2"},
-            },
-            "without friction, adhesion",
-        ),
-        ({"indenter": {"shape": "profile", "r": [0, 1e-3], "f": [0, 1e-4]}}, "no bound"),
-    ],
-)
-def test_what_no_theorem_covers_says_why(tables, reason):
-    with pytest.raises(Refused, match=reason):
-        proved(**tables)
 
 
 def test_the_problem_sheet_lies_within_coarser_intervals():
