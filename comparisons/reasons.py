@@ -12,8 +12,6 @@ import numpy as np
 # First word of notes that ask the reader to check something.
 CHECK = "check the "
 STEEP = f"{CHECK}slopes"  # too steep for every method: that they agree says nothing
-# First words of a reason that is the answer: under the load the body moves off, whatever solves it.
-NO_EQUILIBRIUM = "no equilibrium: "
 STRAINED = "small strains: "  # of notes on a premise of all methods that a scene strains
 _NUMBER = r"[-+]?(?:\d[\d.]*(?:e[-+]?\d+)?|nan|inf)"
 # Lists as Python or NumPy write them, with commas or without; rows of a matrix one by one.

@@ -28,6 +28,10 @@ class ConvergenceError(RuntimeError):
         self.history = list(history)
 
 
+class NoEquilibriumError(ConvergenceError):
+    """No state carries a load, whatever solves it: that is the answer."""
+
+
 def positive_faults(**values: object) -> list[str]:
     """Return a message for every number that is not positive and finite.
 

@@ -44,9 +44,9 @@ class Solution(SingleResult):
     solution : comparisons.tasks.solution.Solution
         As the method returned it.
     converged : bool
-        Whether every load step has an answer.
+        Whether every load step has an answer; that no equilibrium exists is one.
     reasons : list of str
-        Reasons for failed load steps.
+        Why load steps have no values.
     """
 
     @property

@@ -15,9 +15,17 @@ from comparisons.facts.quantities import CURVES, FIELDS, counterpart, main_axis,
 from comparisons.judging.fields import distribution_rows, field_bar, field_measures
 from comparisons.judging.levels import Levels
 from comparisons.judging.metrics import rms_and_maximum
-from comparisons.judging.truth import EXACT, Bar, Truth, Verification, choose_truth, verified
+from comparisons.judging.truth import (
+    CLINGS,
+    EXACT,
+    Bar,
+    Truth,
+    Verification,
+    choose_truth,
+    verified,
+)
 from comparisons.judging.uncertainty import combined
-from comparisons.judging.verdicts import LAST_LOAD, NEVER, Verdict, judged
+from comparisons.judging.verdicts import LAST_LOAD, NAN, NEVER, OUTSIDE, Verdict, judged
 from comparisons.methods.normal.proved import enclosures_asked_for
 from comparisons.solving.plan import Plan
 from comparisons.tasks.solution import Solved
@@ -66,6 +74,7 @@ def compare(
             "resolution": float("nan"),
             "step": float("nan"),
             "converged": False,
+            "no_equilibrium": False,
             "reason": planned.reason,
         }
         for planned in plan.methods
@@ -132,9 +141,11 @@ def _solution_tables(
         "iterations": solution.iterations[shown].ravel(),
         "violation": solution.violation[shown].ravel(),
         "converged": solution.converged[shown].ravel(),
+        "no_equilibrium": solution.parted[shown].ravel(),
         "reason": reasons.ravel(),
     }
-    columns = _columns(plan, curves, names, common, truth, solution.parted)
+    gone = solution.parted_steps
+    columns = _columns(plan, curves, names, common, truth, gone)
     if count > 1:  # bars and the machine are in the rows of the mean
         columns = {name: v for name, v in columns.items() if not name.startswith(BARS)}
         digits = dict.fromkeys(curves, DIGITS)
@@ -147,12 +158,10 @@ def _solution_tables(
     yield pd.DataFrame(common | columns | own)
     if count > 1:
         means = {name: values[None, :] for name, values in levels.curves(resolution).items()}
-        own = {"converged": solution.converged.all(axis=0)} | {
+        own = {"converged": solution.converged.all(axis=0), "no_equilibrium": gone} | {
             f"stderr_{name}": levels.standard_error(name, resolution) for name in means
         }
-        yield pd.DataFrame(
-            common | _columns(plan, means, ["mean"], common, truth, solution.parted) | own
-        )
+        yield pd.DataFrame(common | _columns(plan, means, ["mean"], common, truth, gone) | own)
 
 
 def _columns(
@@ -220,6 +229,8 @@ def _verdicts(
         lost = ~np.isfinite(error)
         if 0 < lost.sum() < lost.size:
             asked["reason"] = truth.why_missing(curves, name, at, lost)
+            if truth.exact and CLINGS in asked["reason"]:  # no error tells how wrong
+                decided |= {"word": OUTSIDE, "low": NAN, "high": NAN}
         return Verdict(**decided, **setting, **asked, **more)
 
     if set(plan.compared) & set(FIELDS):
@@ -236,7 +247,7 @@ def _verdicts(
             # a quantity is never compared at itself, nor where it is prescribed
             if at == name or (name in plan.loads.columns and not plan.loads.compares_itself):
                 continue
-            errors = truth.errors(curves, name, at, solution.parted)
+            errors = truth.errors(curves, name, at, solution.parted_steps)
             bars = combined(*truth.error_sources(levels, resolution, name, at).values())
             single = single_errors(truth.errors(solution.quantities, name, at))
             band = {}

@@ -32,6 +32,8 @@ ENSEMBLE, ARITHMETIC = "realisations", "arithmetic"
 LINES, SPRINGS = "realisations of the line", "discretisation of the line"
 # What a 3-D method adds, which solves some of the same surfaces.
 PAIRS = "realisations in pairs"
+# What is wrong whatever the tolerance.
+CLINGS = "an answer where no equilibrium exists"
 Curves = dict[str, np.ndarray]
 Sources = dict[str, np.ndarray]
 
@@ -99,7 +101,7 @@ class Truth:
             return np.full_like(curves.get(name, self.solution.converged[0]), np.nan, dtype=float)
         if at == self.axis:
             error = relative_error(curves[name], self.curves[name], path=self.path)
-            right = apart & self.solution.parted & np.isfinite(error).any()
+            right = apart & self.solution.parted_steps & np.isfinite(error).any()
             return np.where(right, 0.0, error)
         return relative_error(curves[name], self.value(name, at, curves[at]))
 
@@ -108,7 +110,7 @@ class Truth:
         true, same = self.curves[name], at == self.axis
         kinds = {
             "no answer": np.isnan(curves[name]),
-            "an answer where no equilibrium exists": same & self.solution.parted,
+            CLINGS: same & self.solution.parted_steps,
             "infinite": np.isinf(curves[name]),
             "the reference has no value": same & ~np.isfinite(true),
             "zero in the reference": same & (true == 0),
@@ -330,7 +332,7 @@ def solution_of(solved: Solved, method: str, axis: str) -> Truth | None:
 
 def _candidate(levels: Levels, resolution: int, axis: str) -> Truth:
     curves, solution = levels.curves(resolution), levels.solutions[resolution]
-    steps = solution.converged.shape[1]
+    steps, gone = solution.converged.shape[1], solution.parted_steps
     residual = np.where(np.isnan(solution.violation), 0.0, solution.violation).max(axis=0)
     sources: dict[str, Sources] = {}
     for name in curves:
@@ -344,7 +346,7 @@ def _candidate(levels: Levels, resolution: int, axis: str) -> Truth:
                 ENSEMBLE: levels.scatter(name, resolution),
             }
         known |= _read_off(solution, name)
-        sources[name] = {key: np.where(solution.parted, 0, part) for key, part in known.items()}
+        sources[name] = {key: np.where(gone, 0, part) for key, part in known.items()}
     return Truth(axis, levels, resolution, curves, sources)
 
 

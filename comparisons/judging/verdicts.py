@@ -56,11 +56,10 @@ def severity(verdict: Judgement) -> tuple[int, float, float]:
     >>> [verdict.low for verdict in sorted(verdicts, key=severity)]
     [2.0, 1.0, 0.1]
     """
-    outside = verdict.word == OUTSIDE
-    size, unknown = (verdict.low, -np.inf) if outside else (verdict.high, np.inf)
+    size = verdict.low if verdict.word == OUTSIDE else verdict.high
     return (
         WORST_FIRST.index(verdict.word),
-        -(size if np.isfinite(size) else unknown),
+        -(size if np.isfinite(size) else np.inf),
         -(abs(verdict.error) if np.isfinite(verdict.error) else 0.0),
     )
 
@@ -75,7 +74,8 @@ class Judgement:
     error: Number = NAN
     uncertainty: Number = NAN
     # The largest |e| - u and |e| + u over the steps: a tolerance below `low` is missed, one from
-    # `high` on is held. `high` is NaN where a step has no error or no bar.
+    # `high` on is held. `high` is NaN where a step has no error or no bar, `low` of what
+    # is outside at any tolerance.
     low: Number = NAN
     high: Number = NAN
 
@@ -183,6 +183,8 @@ class Verdict(Judgement):
         if self.word == WITHIN:
             return f"|e| + u = {most} ≤ {limit}"
         if self.word == OUTSIDE:
+            if not fmt.finite(self.low):
+                return self.reason
             return f"|e| − u = {least} > {limit}"
         unknown = self.reason or "u is not known"
         if fmt.finite(self.high):

@@ -10,9 +10,11 @@ from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.steps import NoAnswerError, Row, Step
 from comparisons.tasks.task import Task
+from reference.errors import NoEquilibriumError
 
 __all__ = [
     "NoAnswerError",
+    "NoEquilibriumError",
     "Refused",
     "Row",
     "Solution",

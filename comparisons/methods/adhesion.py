@@ -15,7 +15,6 @@ from comparisons.methods.normal.bem_fft import HalfSpaceGrid
 from comparisons.methods.normal.closed_form import form_of
 from comparisons.methods.normal.reduced import ProfileSolver
 from comparisons.methods.solver import Refused, Solver, needed
-from comparisons.reasons import NO_EQUILIBRIUM
 from comparisons.scene.indenters.axisymmetric import PowerLaw
 from comparisons.scene.indenters.indenter import Indenter
 from comparisons.scene.physics.tables.adhesion import Adhesion as AdhesionTable
@@ -137,8 +136,7 @@ class ClosedFormAdhesion(Solver[IndenterGeometry]):
             "equivalent_radius": path.contact_radius,
             "pull_off_force": path.largest_pull,
         }
-        strongest = float(self.form.force(self.form.pull_off()))
-        return _held(task, curves, strongest, violation=0.0)
+        return _held(task, curves, path.pull_off, violation=0.0)
 
 
 class GridAdhesion(HalfSpaceGrid):
@@ -307,8 +305,9 @@ def _held(
     """Return the solution of a path; a pull on a body that is apart has a reason instead."""
     solution = Solution.of(task, curves, **more)
     for step in np.flatnonzero(np.isnan(solution.quantities["force"][0])):
-        reason = "out of contact nothing bears a pull, a contact lets go at "
-        solution.fail((0, int(step)), f"{NO_EQUILIBRIUM}{reason}{unpadded(pull_off, 'N')}")
+        lets_go = f"a contact lets go at {unpadded(pull_off, 'N')}"
+        reason = f"out of contact nothing bears a pull, {lets_go}"
+        solution.fail((0, int(step)), reason, parted=True)
     return solution
 
 

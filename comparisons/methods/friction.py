@@ -23,7 +23,7 @@ from comparisons.methods.normal.reduced_lines import LineSolver
 from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
-from comparisons.tasks.steps import NoAnswerError, Row, Step
+from comparisons.tasks.steps import Row, Step
 from comparisons.tasks.task import Task
 from reduced.friction.slide import Friction, slide, slide_lines
 from reduced.loads import Load, LoadPath
@@ -32,6 +32,7 @@ from reduced.springs.indent import indent
 from reduced.springs.line import Springs
 from reference import loads as reference_loads
 from reference.closed_form import PartialSlip
+from reference.errors import NoEquilibriumError
 from reference.fem import Material
 from reference.fem.nodal_friction import FrictionalBody, follow, frictional_body
 from reference.halfspace import areas
@@ -135,7 +136,7 @@ class ReducedFriction(ProfileSolver):
             along = {name: float(values[step]) for name, values in curves.items()}
             solution.put((0, step), steady | along)
         for step in range(steps_held, task.shape[1]):
-            solution.fail((0, step), SLIDES)
+            solution.fail((0, step), SLIDES, parted=True)
         solution.fields = line_picture(self.profile, steady["penetration"], contact, normal.spacing)
         return solution
 
@@ -184,7 +185,7 @@ class ReducedFrictionLines(LineSolver):
                 }
                 yield Step(steady | along)
             if holding < len(loads):
-                raise NoAnswerError(SLIDES)
+                raise NoEquilibriumError(SLIDES)
 
         for row, line in enumerate(lines.rough.heights):
             yield Row(partial(steps, row), unknowns=line.size)
@@ -217,7 +218,7 @@ class ClosedFormFriction(FormSolver):
         for value in loads:
             if task.loads.control == "tangential_force":
                 if abs(value) > slip.limit:
-                    raise NoAnswerError(SLIDES)
+                    raise NoEquilibriumError(SLIDES)
                 at, force = at + (value - force) / stiffness, float(value)
             else:
                 moved = force + stiffness * (value - at)

@@ -248,7 +248,7 @@ def solve_bundle(task: Task, identity: str, surfaces: range) -> Bundle:
         first=surfaces.start,
         count=len(surfaces),
         answers=joined.converged.size,
-        lost=int((~joined.converged).sum()),
+        lost=int((~joined.answered).sum()),
         seconds=joined.seconds,
         processor_seconds=spent,
         compile_seconds=compilation,

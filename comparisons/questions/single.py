@@ -50,12 +50,12 @@ class SingleResult:
 
     @property
     def converged(self) -> bool:
-        """Whether every load step of every realisation has an answer."""
-        return bool(self.solution.converged.all())
+        """Whether every load step of every realisation has an answer, "no equilibrium" included."""
+        return bool(self.solution.answered.all())
 
     @property
     def reasons(self) -> list[str]:
-        """The distinct reasons of failed steps."""
+        """The distinct reasons of steps without values."""
         return [
             f"{self.method} at resolution {self.resolution}: {reason}"
             for reason in dict.fromkeys(self.solution.reasons.values())

@@ -10,13 +10,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import pandas as pd
 
-from comparisons.reasons import NO_EQUILIBRIUM
-
 TEXTS = frozenset(
     {"scene", "method", "options", "realisation", "reference", "reason", "machine"}
     | {"quantity", "at", "verdict", "outside_band"}
 )
-FLAGS = frozenset({"converged"})
+FLAGS = frozenset({"converged", "no_equilibrium"})
 # How they are written, by us and by spreadsheets.
 YES, NO = ["true", "1", "1.0"], ["false", "0", "0.0"]
 # Of the others, which are numbers, those that are whole.
@@ -83,7 +81,7 @@ class Rows:
         if name in self._columns:
             return self._columns[name][self._chosen]
         if name in FLAGS:
-            return np.ones(len(self), dtype=bool)
+            return np.full(len(self), name == "converged")
         if name in TEXTS:
             return np.full(len(self), "", dtype=object)
         return np.full(len(self), np.nan)
@@ -91,8 +89,7 @@ class Rows:
     @property
     def lost(self) -> np.ndarray:
         """Which have no answer, and not because no equilibrium exists."""
-        parted = [reason.startswith(NO_EQUILIBRIUM) for reason in self["reason"]]
-        return ~self["converged"] & ~np.array(parted, dtype=bool)
+        return ~(self["converged"] | self["no_equilibrium"])
 
     def where(self, chosen: np.ndarray) -> Rows:
         """Return the rows of a mask, or at some places in their order."""

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 from comparisons.errors import ResultsError
 from comparisons.files import read_arrays, write_arrays
 from comparisons.geometry.prepare import RoughGeometry
-from comparisons.reasons import NO_EQUILIBRIUM, in_kind, one_line
+from comparisons.reasons import in_kind, one_line
 from comparisons.tasks.shown_loads import Fields, shown_steps
 from comparisons.tasks.stresses import FROM_PRESSURE
 from comparisons.tasks.task import Task
@@ -75,6 +75,7 @@ class Solution:
     # or are not defined for the method.
     quantities: dict[str, np.ndarray]
     converged: np.ndarray
+    parted: np.ndarray  # where no equilibrium exists: an answer, too, of a step without values
     # Solver iterations, and the largest relative overlap or tension (NaN for direct methods).
     iterations: np.ndarray
     violation: np.ndarray
@@ -134,6 +135,7 @@ class Solution:
         return cls(
             quantities={},
             converged=np.zeros(task.shape, dtype=bool),
+            parted=np.zeros(task.shape, dtype=bool),
             iterations=np.zeros(task.shape, dtype=int),
             violation=np.full(task.shape, np.nan),
             unknowns=unknowns,
@@ -178,15 +180,12 @@ class Solution:
     @property
     def answered(self) -> np.ndarray:
         """Where it has an answer, be it that no equilibrium exists (realisations, steps)."""
-        answered = self.converged.copy()
-        for index, reason in self.reasons.items():
-            answered[index] = reason.startswith(NO_EQUILIBRIUM)
-        return answered
+        return self.converged | self.parted
 
     @property
-    def parted(self) -> np.ndarray:
-        """At which load steps no equilibrium exists, (steps,)."""
-        return (self.answered & ~self.converged).all(axis=0)
+    def parted_steps(self) -> np.ndarray:
+        """At which load steps no equilibrium exists, whatever the realisation, (steps,)."""
+        return np.asarray(self.parted.all(axis=0))
 
     def put_distributions(self, row: int, histograms: Mapping[str, np.ndarray]) -> None:
         """Store the distributions of one realisation at the last load."""
@@ -217,10 +216,10 @@ class Solution:
         if shown or not FROM_PRESSURE.isdisjoint(task.quantities):
             self.pressures[index] = build
 
-    def fail(self, index: tuple[int, int], reason: str) -> None:
-        """Record that one step has no answer, and why in one line."""
-        self.reasons[index] = one_line(reason)
-        self.converged[index] = False
+    def fail(self, index: tuple[int, int], reason: str, *, parted: bool = False) -> None:
+        """Record that one step has no answer, or is `parted`, and why in one line."""
+        self.reasons[index] = one_line(f"no equilibrium: {reason}" if parted else reason)
+        self.converged[index], self.parted[index] = False, parted
 
     def refuse_nan(self) -> None:
         """Take away the answer of each step that failed, or has a quantity that is no number.
@@ -291,14 +290,15 @@ class Solution:
             names = dict.fromkeys(name for part in curves for name in part)
             return {name: np.concatenate([c[name] for c in curves], axis=axis) for name in names}
 
+        arrays: dict[str, Any] = {
+            name: np.concatenate([getattr(p, name) for p in parts], axis) for name in _ARRAYS
+        }
         return replace(
             base,
             quantities=joined("quantities"),
             bars=joined("bars"),
             distributions=histograms,
-            converged=np.concatenate([p.converged for p in parts], axis=axis),
-            iterations=np.concatenate([p.iterations for p in parts], axis=axis),
-            violation=np.concatenate([p.violation for p in parts], axis=axis),
+            **arrays,
             unknowns=max(p.unknowns for p in parts),
             truncation=max(p.truncation for p in parts),
             reasons=by_place("reasons"),
@@ -318,7 +318,7 @@ Solved = dict[tuple[str, int], Solution]
 
 
 PREFIX = "solution."
-_ARRAYS = ("converged", "iterations", "violation")
+_ARRAYS = ("converged", "parted", "iterations", "violation")
 _NUMBERS = (
     *("unknowns", "truncation", "apparent_area"),
     *("seconds", "setup_seconds", "compile_seconds", "memory"),
@@ -365,7 +365,8 @@ def solution_of(arrays: dict[str, np.ndarray]) -> Solution:
     solution_arrays = {name: arrays.pop(name) for name in list(arrays) if name.startswith(PREFIX)}
     start = len(PREFIX) + 2
     stored = {name: document[name] for name in _NUMBERS}
-    numbers: dict[str, Any] = {name: float("nan") if n is None else n for name, n in stored.items()}
+    plain: dict[str, Any] = {name: float("nan") if n is None else n for name, n in stored.items()}
+    plain |= {name: solution_arrays[f"{PREFIX}{name}"] for name in _ARRAYS}
 
     def named(kind: str) -> dict[str, np.ndarray]:
         whole = solution_arrays.items()
@@ -377,10 +378,7 @@ def solution_of(arrays: dict[str, np.ndarray]) -> Solution:
         bars=named("b"),
         reasons={(row, step): reason for row, step, reason in document["reasons"]},
         fields=arrays,
-        converged=solution_arrays[f"{PREFIX}converged"],
-        iterations=solution_arrays[f"{PREFIX}iterations"],
-        violation=solution_arrays[f"{PREFIX}violation"],
-        **numbers,
+        **plain,
         exact=tuple(document["exact"]),
         path=bool(document["path"]),
         whole=bool(document["whole"]),

@@ -13,6 +13,7 @@ from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
 from reduced.errors import ConvergenceError as ModelStopped
 from reference.errors import ConvergenceError as SolverStopped
+from reference.errors import NoEquilibriumError
 
 
 class NoAnswerError(Exception):
@@ -68,15 +69,15 @@ def solve_rows(task: Task, rows: Iterable[Row]) -> Solution:
         solution.unknowns = max(solution.unknowns, row.unknowns)
         solution.truncation = max(solution.truncation, row.truncation)
         for step, outcome in enumerate(_outcomes(row, task)):
-            if isinstance(outcome, str):
-                solution.fail((number, step), outcome)
-            else:
+            if isinstance(outcome, Step):
                 record(solution, (number, step), outcome, task)
+            else:
+                solution.fail((number, step), outcome[0], parted=outcome[1])
     return solution
 
 
-def _outcomes(row: Row, task: Task) -> Iterator[Step | str]:
-    """Yield one outcome for each load: a step, or why there is none."""
+def _outcomes(row: Row, task: Task) -> Iterator[Step | tuple[str, bool]]:
+    """Yield one outcome for each load: a step, or why there is none, and whether none can be."""
     loads = task.loads.values
     done = 0
     while done < len(loads):
@@ -84,9 +85,9 @@ def _outcomes(row: Row, task: Task) -> Iterator[Step | str]:
             for step in islice(row.sweep(loads[done:]), len(loads) - done):
                 done += 1
                 yield step
-            reason = "the solver ended before this load"
+            raise NoAnswerError("the solver ended before this load")
         except NO_ANSWER as error:
-            reason = error.reason
+            reason = error.reason, isinstance(error, NoEquilibriumError)
         lost = len(loads) - done if task.loads.is_path else min(1, len(loads) - done)
         done += lost
         yield from [reason] * lost

@@ -34,6 +34,7 @@ class AdhesivePath:
     force: Array
     # largest tensile force along the path, also between loads; zero if there was none
     largest_pull: float
+    pull_off: float  # the force at which it lets go under a falling one
 
 
 class AdhesiveForm:
@@ -97,7 +98,7 @@ class AdhesiveForm:
         """
         strongest, lost = self.pull_off("force"), self.pull_off(control)
         law = self.force if control == "force" else self.penetration
-        lowest = float(law(lost))
+        lowest, weakest = float(law(lost)), float(self.force(strongest))
 
         def stable(load: float) -> float:
             # the radius beyond the fold at which the law is the load
@@ -129,11 +130,11 @@ class AdhesiveForm:
                 pull = max(pull, -state(0.0, widest)[2])
             radius = stable(load) if widest > 0 and load >= lowest else 0.0
             if widest >= strongest > radius:
-                pull = max(pull, -float(self.force(strongest)))
+                pull = max(pull, -weakest)
             states.append(state(load, radius))
             pull = max(pull, -states[-1][2])
         radii, depths, forces = np.array(states).T
-        return AdhesivePath(radii, depths, forces, pull)
+        return AdhesivePath(radii, depths, forces, pull, weakest)
 
     def _root(self, function: Callable[[float], float]) -> float:
         """Return the radius where a function changes from negative to positive."""

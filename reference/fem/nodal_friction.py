@@ -23,7 +23,13 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from reference.elasticity import LARGEST_POISSON_RATIO, Material
-from reference.errors import ConvergenceError, count_faults, positive_faults, refuse
+from reference.errors import (
+    ConvergenceError,
+    NoEquilibriumError,
+    count_faults,
+    positive_faults,
+    refuse,
+)
 from reference.fem.condensation import condense, linear_system
 from reference.fem.element_stiffness import facet_nodes, stiffness_matrices
 from reference.fem.far_field import boussinesq, cerruti
@@ -213,7 +219,7 @@ def follow(
                 missing = (loads - now)[sought]
                 pushed = loads[0] if unknown[0] else now[0]
                 if unknown[1] and not abs(loads[1]) < friction * pushed:
-                    raise ConvergenceError(
+                    raise NoEquilibriumError(
                         f"the tangential force {loads[1]!r} is not below friction times the normal "
                         "force: full sliding"
                     )

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from reference.contact import press as unilateral
 from reference.contact.press import Contact, check_gap, rectangle, violation
 from reference.contact.slide import Tractions, slide
-from reference.errors import ConvergenceError, positive_faults, refuse
+from reference.errors import ConvergenceError, NoEquilibriumError, positive_faults, refuse
 from reference.halfspace.traction import NormalAndTangential
 from reference.loads import Load, LoadPath
 
@@ -226,7 +226,7 @@ def sweep(
             return grid.slide(bound, target, None, start, precision)
         limit = press.friction * contact.force
         if not abs(pulled) < limit:
-            raise ConvergenceError(
+            raise NoEquilibriumError(
                 f"the tangential force {pulled!r} is not below friction times the normal force, "
                 f"{limit!r}: full sliding"
             )

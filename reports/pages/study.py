@@ -315,6 +315,7 @@ def _ends(verdict: Verdict) -> dict[str, Any]:
         "high": verdict.high,
         "error": abs(verdict.error),
         "missing": verdict.word == NO_RESULT,
+        "wrong": verdict.word == OUTSIDE and not fmt.finite(verdict.low),
         "counts": verdict.counts,
     }
 

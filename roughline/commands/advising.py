@@ -23,7 +23,8 @@ from roughline.commands.arguments import FINE
 
 NOTHING = "no claim has measured such a scene"
 ROUND = (
-    "force, penetration, contact area and stiffness of a body of revolution are exact by theorem"
+    "force, penetration, contact area and stiffness of a body of revolution whose profile rises "
+    "outwards are exact by theorem"  # others are no scenes
 )
 CHOICE = "the documentation's page on methods tells what fits which contact"
 

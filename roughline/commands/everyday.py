@@ -310,7 +310,7 @@ def solve(
         terminal.print_solution(result)
     for note in result.plan.doubts:
         say(note, sys.stderr)
-    if not result.converged:
+    if result.reasons:
         say("\n".join(result.reasons), sys.stderr)
     return FINE if result.converged else FAILED
 

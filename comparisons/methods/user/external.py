@@ -184,7 +184,12 @@ class UserSolver(Solver[Geometry]):
                 if name not in COMPARABLE:
                     raise ValueError(f"unknown quantity {_text(name)!r}")
                 solution.quantities[name] = curve_of(name, values, shape)
-            for name, kinds in (("converged", "b"), ("iterations", "iu"), ("violation", "f")):
+            for name, kinds in (
+                ("converged", "b"),
+                ("parted", "b"),
+                ("iterations", "iu"),
+                ("violation", "f"),
+            ):
                 values = getattr(solution, name)
                 if values.shape != shape or values.dtype.kind not in kinds:
                     raise ValueError(

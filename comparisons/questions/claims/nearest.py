@@ -17,7 +17,7 @@ import numpy as np
 from comparisons import formatting as fmt
 from comparisons.errors import InputError
 from comparisons.facts.methods import MODEL
-from comparisons.facts.quantities import quantity
+from comparisons.facts.quantities import counterpart, quantity
 from comparisons.geometry.plausibility import STEEPEST
 from comparisons.judging.verdicts import NOT_RESOLVED, OUTSIDE, WITHIN, WORST_FIRST, judged
 from comparisons.questions.claims.record import HOLDS, STORED, load_claims_record
@@ -74,6 +74,7 @@ class Nearest:
     """The measurement that decides over a quantity of a scene, before it is solved."""
 
     quantity: str
+    at: str  # of what is prescribed: the other load, at which it is compared; else ""
     measured: Measured
     # Where the scene stands along the parameter: the ends of its loads, or twice a value.
     here: Stretch
@@ -139,6 +140,7 @@ class Nearest:
         """It as plain data for JSON."""
         return {
             "quantity": self.quantity,
+            "at": self.at,
             "claim": self.measured.claim,
             "parameter": self.measured.parameter,
             "here": list(self.here),
@@ -172,7 +174,8 @@ def nearest(scene: Scene, loads: AbsoluteLoads, unit: float = np.nan) -> list[Ne
             record, stretch = measured()[claim], here[claim]
             point, word = _decided(record, stretch, scene.compare.tolerance)
             _, word_of_claim = _decided(record, stretch, record.tolerance)
-            answer = Nearest(name, record, stretch, *point, word, word_of_claim, own)
+            at = counterpart(name) if name == loads.control else ""
+            answer = Nearest(name, at, record, stretch, *point, word, word_of_claim, own)
             if answer.differing or answer.steep:
                 answer = replace(answer, word=NOT_RESOLVED)
             answers[name] = max(
@@ -247,7 +250,9 @@ def plainly(answers: list[Nearest], tolerance: float) -> list[str]:
             said = "not known, as slopes are too large for every method"
         near = "nearest: " if answer.differing else ""
         error = fmt.plus_minus(answer.error, answer.uncertainty, signed=not row.norm)
-        groups.setdefault(f"{said} ({near}{error} at {answer.place})", []).append(row.label)
+        equal = f" at equal {quantity(answer.at).label}" if answer.at else ""
+        text = f"{said} ({near}{error} at {answer.place})"
+        groups.setdefault(text, []).append(f"{row.label}{equal}")
     return [f"{fmt.listed(labels)}: {told}" for told, labels in groups.items()]
 
 

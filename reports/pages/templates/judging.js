@@ -8,6 +8,7 @@ const WORST_FIRST = ["outside", "no result", "not resolved", "within"];
 
 const wordFor = (verdict, tolerance) => {
   if (verdict.missing) return "no result";
+  if (verdict.wrong) return "outside";
   if (verdict.high !== null && verdict.high <= tolerance) return "within";
   return verdict.low !== null && verdict.low > tolerance ? "outside" : "not resolved";
 };
@@ -17,8 +18,8 @@ const holds = (setting, tolerance) => {
   return counted.length > 0 && counted.every((verdict) => wordFor(verdict, tolerance) === "within");
 };
 const severityOf = (verdict, tolerance) => {
-  const word = wordFor(verdict, tolerance), wrong = word === "outside";
-  const size = (wrong ? verdict.low : verdict.high) ?? (wrong ? -Infinity : Infinity);
+  const word = wordFor(verdict, tolerance);
+  const size = (word === "outside" ? verdict.low : verdict.high) ?? Infinity;
   return [WORST_FIRST.indexOf(word), -size, -(verdict.error ?? 0)];
 };
 const before = (a, b) => {

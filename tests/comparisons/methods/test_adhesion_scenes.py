@@ -107,15 +107,15 @@ def test_where_both_find_no_equilibrium_nobody_is_wrong(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("answer", "reason", "told"),
+    ("answer", "reason", "word", "told"),
     [
-        ({}, "ValueError: my own bug", "no answer"),
-        ({}, "no equilibrium of the automata after 9 steps", "no answer"),
-        ({"penetration": -1e-6}, "", "an answer where no equilibrium exists"),
+        ({}, "ValueError: my own bug", "not resolved", "no answer"),
+        ({}, "no equilibrium: of the automata after 9 steps", "not resolved", "no answer"),
+        ({"penetration": -1e-6}, "", "outside", "an answer where no equilibrium exists"),
     ],
 )
 def test_where_no_equilibrium_exists_a_crash_is_no_answer_and_to_cling_on_a_wrong_one(
-    answer, reason, told
+    answer, reason, word, told
 ):
     forces = {"loading": {"force": [0.0, -1e-3, -4e-3, 1e-3]}}
     asked = {"compare.methods": ["closed_form", "reduced"], "compare.quantities": ["penetration"]}
@@ -125,9 +125,10 @@ def test_where_no_equilibrium_exists_a_crash_is_no_answer_and_to_cling_on_a_wron
         if method == "reduced":
             solution.reasons = {(0, 2): reason} if reason else {}
             solution.put((0, 2), answer)
+            solution.parted[0, 2] = False
             solution.converged[0, 2] = not reason
     (verdict,) = record_scene(plan, solved).verdicts_on("reduced")
-    assert (verdict.word, verdict.reason) == ("not resolved", f"{told} at 1 of 4 steps")
+    assert (verdict.word, verdict.reason) == (word, f"{told} at 1 of 4 steps")
 
 
 @pytest.mark.slow

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+import roughline
 from comparisons.facts.quantities.rows import HALF_AXES
 from comparisons.geometry.prepare import prepare
 from comparisons.judging.comparison import compare
@@ -14,6 +15,7 @@ from comparisons.questions.study import solved_in_memory
 from comparisons.scene.scene import Scene, load_scene, make_scene
 from comparisons.solving.planning import plan_scene
 from reference.closed_form import stiffness_ratio
+from roughline.commands.app import run_command
 
 RUBBER = {"youngs_modulus": "3 MPa", "poisson_ratio": 0.5}
 STEEL = {"youngs_modulus": "210 GPa", "poisson_ratio": 0.3}
@@ -44,7 +46,7 @@ def test_a_flat_circle_on_rubber_has_a_closed_form(solved, scene, kind):
     unit = "N" if kind == "tangential_force" else "um"
     loading = {"force": "1 N", kind: [f"0.2 {unit}", f"-0.1 {unit}", f"90 {unit}"]}
     punch = friction(scene, indenter={"shape": "cylinder", "radius": "1 mm"}, loading=loading)
-    one, other = (solved(punch, *how, lost=True) for how in (("reduced", 10), ("closed_form", 1)))
+    one, other = (solved(punch, *how) for how in (("reduced", 10), ("closed_form", 1)))
     held = 2 if kind == "tangential_force" else 3
     assert (
         one.converged[0].tolist()
@@ -61,12 +63,31 @@ def test_a_flat_circle_on_rubber_has_a_closed_form(solved, scene, kind):
     ("name", "resolution", "body"),
     [("reduced", 8, RUBBER), ("bem_fft", 8, RUBBER), ("fem", 2, STEEL)],
 )
-def test_what_slides_as_a_whole_loses_the_rest_of_its_path(solved, scene, name, resolution, body):
+def test_what_slides_as_a_whole_has_no_equilibrium_from_there_on(
+    solved, scene, name, resolution, body
+):
     loading = {"force": "1 N", "tangential_force": ["0.2 N", "0.4 N", "0.1 N"]}
     pushed = friction(scene, half_space=body, loading=loading)
-    solution = solved(pushed, name, resolution, lost=True)
+    solution = solved(pushed, name, resolution)
     assert solution.converged[0].tolist() == [True, False, False]
-    assert "full sliding" in solution.reasons[0, 2]
+    assert solution.reasons[0, 2].startswith("no equilibrium: ")
+
+
+def test_full_sliding_is_an_answer_of_solve_and_nothing_lost_of_a_run(tmp_path, scene, capsys):
+    loading = {"force": "1 N", "tangential_force": ["0.2 N", "0.4 N"]}
+    punch = {"shape": "cylinder", "radius": "1 mm"}
+    slides = friction(scene, indenter=punch, loading=loading, compare={"tolerance": 0.01})
+    file = tmp_path / "slides.toml"
+    file.write_text(slides.text)
+    for method in ("reduced", "closed_form"):
+        assert run_command(["solve", str(file), "--method", method]) == 0
+        assert "no equilibrium: the tangential force" in capsys.readouterr().err
+    methods = ["reduced", "closed_form"]
+    for _ in ("solved", "reread"):
+        study = roughline.Study(file, tmp_path / "out", methods=methods, resume=True)
+        (comparison,) = study.run()
+        assert comparison.verdict == "within"
+        assert study._study.lost() == []
 
 
 def test_lines_stand_for_patches(solved, scene):

@@ -302,6 +302,15 @@ def test_what_is_known_beforehand_has_the_sign_of_what_a_run_finds():
     assert "mean gap: no (\N{MINUS SIGN}99" in in_words([gap], 0.05)
 
 
+def test_the_error_of_a_prescribed_force_is_that_at_equal_penetration():
+    few = {"compare.quantities": ["force"]}
+    by_depth = known("ellipsoid-5", **few)
+    by_force = known("ellipsoid-5", loading={"force": [100.0]}, **few)
+    depth, force = (in_words([*answers.values()], 0.2) for answers in (by_depth, by_force))
+    assert "model, force: no (" in depth
+    assert "model, force at equal penetration depth: no (" in force
+
+
 def test_where_loads_spread_the_worst_of_what_they_cover_decides():
     area = known("rough-free")["contact_area"]
     covered = [
@@ -365,7 +374,7 @@ def test_advise_says_it_first_and_can_end_there(capsys, monkeypatch):
     assert run_command(["advise", "rounded-punch", "--known"]) == 0
     said = flat(capsys.readouterr().out)
     assert "no claim has measured such a scene; force, penetration" in said
-    assert "body of revolution are exact by theorem; the documentation's page on methods" in said
+    assert "profile rises outwards are exact by theorem; the documentation's page on" in said
     assert run_command(["advise", "measured-map", "--known"]) == 0
     said = flat(capsys.readouterr().out)
     assert "no claim has measured such a scene; the documentation's page on methods" in said
