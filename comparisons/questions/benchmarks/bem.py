@@ -6,12 +6,11 @@ until its violation is at most the same and not much below. Times include set-up
 but not compilation, imports and planning of transforms. Both codes start a load from the solution
 of the previous one. Processor times are used, which are independent of other load on the machine.
 
-Growth: cost against N, fraction spent in FFTs, memory per cell, the floor of the processor.
+Growth: cost against N, fraction spent in FFTs, the floor of the processor.
 """
 
 from __future__ import annotations
 
-import resource
 import statistics
 import tempfile
 import time
@@ -20,20 +19,17 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
-import psutil
 from scipy import fft
 
-from comparisons.isolation import parent
 from comparisons.isolation.parent import Limits
 from comparisons.machine import MEMORY_SHARE, free_memory
-from comparisons.methods.normal.bem_fft import BYTES_FREE, BYTES_PERIODIC, EXTRAPOLATED, STIFFNESS
 from comparisons.peers import client
 from comparisons.questions.benchmarks.yardstick import (
     Measurement,
-    exponent,
+    growth,
     interleaved,
     measurement,
 )
@@ -44,8 +40,8 @@ from reference import surfaces
 from reference.contact import pieces
 from reference.contact import press as unilateral
 from reference.contact.body import ElasticBody
-from reference.contact.press import Contact, press
-from reference.halfspace import FreeOperator, PeriodicOperator, areas
+from reference.contact.press import press
+from reference.halfspace import FreeOperator, PeriodicOperator
 from reference.loads import Load
 
 HURST, SLOPE = 0.8, 0.1
@@ -252,56 +248,47 @@ resolutions = [{POINTS}]
 
 
 SIZES = tuple(2**k for k in range(6, 12))
-LARGEST = 2048
 LARGE_GRIDS = (1024, 2048, 4096)
 # Most of the time of one thread that two may take.
 SHARED = 1 / 1.7
 # Largest acceptable multiple of the processor's floor for a convolution: SciPy's take some four.
 FLOOR = 5.0
-# Points a side of a grid that compiles all; side of matrices and length of copies that measure the
-# machine (128 MB: beyond the caches of most).
-_WARM, _SQUARE, _COPIED = 512, 1024, 2**25
-
-Kind = Literal["periodic", "free"]
-# What is held beside a solve, and the bytes per cell that the plan adds for it.
-Beside = Literal["nothing", "a load before", "a stiffness"]
-BESIDE: dict[Beside, int] = {"nothing": 0, "a load before": EXTRAPOLATED, "a stiffness": STIFFNESS}
+# Side of matrices and length of copies that measure the machine (128 MB: beyond most caches).
+_SQUARE, _COPIED = 1024, 2**25
 
 
 def measure_cost() -> list[Measurement]:
-    """Return the rows: cost against N, its exponent, and peak memory of the largest grid."""
-    costs = [_size(points) for points in SIZES]
-    # N^2 log N is the cost of a transform
-    sizes, seconds = np.array(SIZES, dtype=float), [row.seconds for row in costs]
-    found = exponent(sizes, np.array(seconds))
-    bound = exponent(sizes, sizes**2 * np.log(sizes))
-    at_bound = seconds[0] * float((sizes[-1] / sizes[0]) ** bound)
-    growth = Measurement(
-        f"exponent of the cost in N per side from {SIZES[0]} to {SIZES[-1]}: {found:.2f}",
-        seconds[-1],
-        f"N^2 log N from the same start ({bound:.2f})",
-        at_bound,
-        seconds[-1] / at_bound,
-    )
+    """Return the rows: cost against N, its exponent, and what the machine could do."""
+    costs = {points: _size(points) for points in SIZES}
+    transform = "N^2 log N", lambda n: n**2 * np.log(n)
     return [
-        *costs,
-        growth,
-        *(_memory(kind, beside) for kind in ("periodic", "free") for beside in BESIDE),
+        *costs.values(),
+        growth(costs, "N per side", transform),
         *(_floor(points) for points in LARGE_GRIDS),
         *(_shared(points) for points in LARGE_GRIDS),
     ]
 
 
 def _size(points: int) -> Measurement:
-    """Return the cost of a solve relative to a pair of transforms, and its fraction in FFTs."""
+    """Return the cost of a solve relative to a pair of transforms, and its fraction in FFTs.
+
+    That is the number of convolutions on the finest grid in either precision times their cost; the
+    coarser grids of the start are not counted.
+    """
     case, field = rough(points, CUTOFFS[0], MEDIUM, None), np.ones((points, points))
 
     def transforms() -> object:
         return fft.irfft2(fft.rfft2(field), s=field.shape, overwrite_x=True)
 
+    operator, load = case.operator(), Load(case.control, float(case.loads[-1]))
+    counts = press(operator, case.gaps[0], load, tolerance=TOLERANCE).convolutions
     tasks: dict[str, Callable[[], object]] = {"solve": partial(case.solve, TOLERANCE)}
-    times = interleaved(tasks | {"transforms": transforms}, 3, time.process_time)
-    share = fft_share(case)
+    tasks["transforms"] = transforms
+    for name in ("float32", "float64"):
+        tasks[name] = partial(operator.convolution(name), np.ones(operator.shape, name))
+    times = interleaved(tasks, 3, time.process_time)
+    cost = {name: statistics.median(readings) for name, readings in times.items()}
+    share = (counts[0] * cost["float32"] + counts[1] * cost["float64"]) / cost["solve"]
     return measurement(
         f"{case.name}: {share:.0%} of the time inside FFTs",
         times["solve"],
@@ -310,101 +297,17 @@ def _size(points: int) -> Measurement:
     )
 
 
-def fft_share(case: SetUp) -> float:
-    """Return the fraction of a solve's time spent in transforms.
-
-    It is the number of convolutions on the finest grid in either precision times their cost; the
-    coarser grids of the start are not counted.
-    """
-    operator, load = case.operator(), Load(case.control, float(case.loads[-1]))
-    solve = partial(press, operator, case.gaps[0], load, tolerance=TOLERANCE)
-    single, double = solve().convolutions
-    tasks: dict[str, Callable[[], object]] = {"solve": solve}
-    for name in ("float32", "float64"):
-        field = np.ones(operator.shape, name)
-        tasks[name] = partial(operator.convolution(name), field)
-    times = interleaved(tasks, 5, time.process_time)
-    cost = {name: float(np.median(samples)) for name, samples in times.items()}
-    return (single * cost["float32"] + double * cost["float64"]) / cost["solve"]
-
-
-def _memory(kind: Kind, beside: Beside) -> Measurement:
-    """Return the largest memory per cell of a solve, measured in a separate process."""
-    plan = BYTES_FREE if kind == "free" else BYTES_PERIODIC + BESIDE[beside]
-    outcome = parent.run(f"{__name__}:largest", LARGEST, kind, beside, seconds=3600)
-    name = f"memory of {kind} {LARGEST}^2" + (f" with {beside}" if beside != "nothing" else "")
-    yardstick = f"the plan, {plan} bytes per cell"
-    if not outcome.ok:
-        reason = f"{name}: {outcome.reason}"
-        return Measurement(reason, float("nan"), yardstick, target=1.0)
-    answer = outcome.answer
-    text = (
-        f"{name}: {answer['bytes_per_cell']:.0f} bytes per cell with the surface and its making, "
-        f"{answer['iterations']} iterations, {answer['peak'] / 1e9:.2f} GB with the whole process"
-    )
-    ratio = answer["bytes_per_cell"] / plan
-    return Measurement(text, answer["seconds"], yardstick, None, ratio, 1.0)
-
-
-def largest(points: int, kind: Kind = "periodic", beside: Beside = "nothing") -> dict[str, float]:
-    """Solve a large grid at once; return what it took of this process.
-
-    Beside it there may be a load before, or the stiffness of the contact thereafter. Seconds are of
-    the processor, the peak is the memory of the process in bytes, of which surface and solve took
-    `bytes_per_cell`; convolutions are in single and in double precision.
-    """
-    _solved(_WARM, kind, beside)  # compiles
-    before = psutil.Process().memory_info().rss
-    start = time.process_time()
-    contact = _solved(points, kind, beside)
-    spent = time.process_time() - start
-    peak = 1024.0 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    single, double = contact.convolutions
-    return {
-        "seconds": spent,
-        "peak": peak,
-        "bytes_per_cell": (peak - before) / points**2,
-        "iterations": contact.iterations,
-        "single": single,
-        "double": double,
-        "contact": float(np.count_nonzero(contact.pressure)) / points**2,
-        "violation": contact.violation,
-    }
-
-
-def _solved(points: int, kind: Kind, beside: Beside = "nothing") -> Contact:
-    """Return the contact of a surface of 16 cells to the shortest wave, 22 to 24 % of it."""
-    gap = surface(points, CUTOFFS[0])
-    body, force = _half_space(points, kind)
-    if beside == "a load before":
-        *_, contact = unilateral.sweep(
-            body, gap, Load("force", [force / 2, force]), tolerance=TOLERANCE
-        )
-        return contact
-    contact = press(body, gap, Load("force", force), tolerance=TOLERANCE)
-    if beside == "a stiffness":
-        contact.forget_displacement()
-        areas.contact_stiffness(body, contact.mask)
-    return contact
-
-
-def _half_space(points: int, kind: Kind) -> tuple[ElasticBody, float]:
-    operator_class = PeriodicOperator if kind == "periodic" else FreeOperator
-    operator = operator_class((points, points), (1 / points, 1 / points), 1.0)
-    return operator, MEDIUM * SLOPE / 2
-
-
 def _shared(points: int) -> Measurement:
     """Compare a solve by two threads with one by one thread, in time on the wall.
 
     Beside it, what two threads gain that share nothing: products of matrices and copies.
     """
-    gap = surface(points, CUTOFFS[0])
+    gap, force = surface(points, CUTOFFS[0]), Load("force", MEDIUM * SLOPE / 2)
 
     def solve(threads: int) -> object:
-        body, force = _half_space(points, "periodic")
+        body = PeriodicOperator((points, points), _spacing(points), 1.0)
         with pieces.threads(threads):
-            return press(body, gap, Load("force", force), tolerance=TOLERANCE)
+            return press(body, gap, force, tolerance=TOLERANCE)
 
     tasks: dict[str, Callable[[], object]] = {"one": partial(solve, 1), "two": partial(solve, 2)}
     with ThreadPoolExecutor(2) as pool:

@@ -25,7 +25,7 @@ from comparisons.methods.fem.step import bytes_of_elimination
 from comparisons.methods.registry import solver_of
 from comparisons.questions.benchmarks.yardstick import (
     Measurement,
-    exponent,
+    growth,
     interleaved,
     measurement,
 )
@@ -41,12 +41,12 @@ DEPTHS = np.linspace(0.1, 1.0, 30)  # with unit radii: contact radii from 0.32 t
 POISSON = 0.3
 READINGS = 5
 LEVELS = (2, 3, 4, 5, 6, 7, 8)
-PRESSURE_LEVEL = 6
-ORDER_LEVELS = (2, 3, 4, 6)
+ITERATIVE_LEVEL = 6
 SIZES = (3, 4, 6, 8, 10, 12, 14)
 LARGEST_PARDISO = 150_000  # largest number of unknowns; beyond it, the yardstick takes minutes
 NO_PARDISO = "no pypardiso: pip install 'roughline[fast]'"
 FACTORISATION = "one Pardiso factorisation of the same matrix"
+NOT_FACTORISED = "not factorised at this size"
 WHOLE, FIXED, ITERATIVE, PEER = 2.0, 3.0, 1.0, 1 / 20
 ITERATIVE_SOLVER, LARGEST_LEVEL = "conjugate_gradients", 26
 PEER_LEVELS = (2, 3, 4, 6, 8, 12, 16)
@@ -54,8 +54,8 @@ PEER_LEVELS = (2, 3, 4, 6, 8, 12, 16)
 
 def measure() -> list[Measurement]:
     """Run the measurements; takes minutes."""
-    rows = [*hertz(2e-4), *hertz(2e-5), *accuracy(), order(), fixed_mesh(5e-4), iterative()]
-    return [*rows, against_peer("ngsolve"), *sizes(), beyond_factorisation()]
+    rows = [*hertz(2e-4), *hertz(2e-5), fixed_mesh(5e-4), iterative()]
+    return [*rows, against_peer("ngsolve"), *sizes()]
 
 
 @dataclass(frozen=True)
@@ -65,14 +65,11 @@ class Swept:
     body: fem.CondensedBody
     errors: np.ndarray
     sweep_seconds: float
-    last: tuple[fem.CondensedBody, fem.NodalContact]
 
 
 def run(elements: int, solver: str = "nested_dissection") -> Swept:
     """Mesh, assemble, condense, and solve all depths on the mesh scaled to the contact."""
-    body = fem.half_space_body(
-        fem.RingMesh(1.0, elements=elements, edge=1.0), fem.Material(1.0, POISSON), solver=solver
-    )
+    body = fem.half_space_body(_rings(elements), fem.Material(1.0, POISSON), solver=solver)
     return _job(body, partial(fem.indent, body, _paraboloid, Load("penetration", DEPTHS)))
 
 
@@ -129,7 +126,7 @@ def fixed_mesh(bound: float) -> Measurement:
 
 def iterative() -> Measurement:
     """Time conjugate gradients against a condensed job at about 25 000 unknowns."""
-    elements = PRESSURE_LEVEL
+    elements = ITERATIVE_LEVEL
     direct = "pardiso" if condensation.has_pardiso() else "nested_dissection"
     tasks = {name: partial(run, elements, name) for name in (ITERATIVE_SOLVER, direct)}
     times = interleaved(tasks, 3, time.process_time)
@@ -140,59 +137,6 @@ def iterative() -> Measurement:
     return measurement(title, times[ITERATIVE_SOLVER], yardstick, times[direct], ITERATIVE)
 
 
-def beyond_factorisation() -> Measurement:
-    """Solve two million unknowns by conjugate gradients; the row is for information."""
-    job, spent = _timed(LARGEST_LEVEL, ITERATIVE_SOLVER)
-    assert job.body.iterative is not None
-    steps = " and ".join(str(count) for count in job.body.iterative.iterations)
-    title = f"conjugate gradients, {job.body.unknowns} unknowns, {steps} steps, "
-    title += f"force {np.abs(job.errors).max():.1e}: whole job"
-    return Measurement(title, spent, "not factorised at this size")
-
-
-def accuracy() -> list[Measurement]:
-    """Return errors of peak pressure, L2 norm of pressure and contact radius over their bounds."""
-    job = run(PRESSURE_LEVEL)
-    body, step = job.last
-    radius = np.hypot(*body.points.T)
-    peak = 2.0 * body.effective_modulus / np.pi
-    exact = peak * np.sqrt(np.clip(1.0 - radius**2, 0.0, None))
-    norm = body.weights @ exact**2
-    accuracy_parts = {
-        "peak pressure": (abs(step.pressure.max() / peak - 1.0), 1e-3),
-        "pressure L2": (np.sqrt(body.weights @ (step.pressure - exact) ** 2 / norm), 5e-3),
-        "contact radius": (abs(np.sqrt(step.contact_area / np.pi) - 1.0), 5e-4),
-    }
-    seconds = sum(job.body.seconds.values()) + job.sweep_seconds
-    return [
-        Measurement(
-            f"Hertz {name} error {error:.1e}, {job.body.unknowns} unknowns",
-            seconds,
-            f"largest allowed {bound:.0e} (ratio of errors)",
-            None,
-            float(error / bound),
-            1.0,
-        )
-        for name, (error, bound) in accuracy_parts.items()
-    ]
-
-
-def order() -> Measurement:
-    """Fit the order of convergence in elements per contact radius, at ORDER_LEVELS."""
-    levels = np.array(ORDER_LEVELS)
-    errors = np.array([_worst(int(n)) for n in levels])
-    rate = -exponent(levels, errors)
-    seconds = sum(run(ORDER_LEVELS[-1]).body.seconds.values())
-    return Measurement(
-        f"Hertz force: observed order {rate:.2f} from {levels[0]} to {levels[-1]} elements",
-        seconds,
-        "order 3.5 (ratio of orders)",
-        None,
-        3.5 / rate,
-        1.0,
-    )
-
-
 def against_peer(peer: str) -> Measurement:
     """Compare with an independent code at one depth with at most our error."""
     ours = run(LEVELS[1])
@@ -200,8 +144,7 @@ def against_peer(peer: str) -> Measurement:
     name = f"Hertz, one depth, error {worst:.1e}"
 
     def single() -> None:
-        mesh = fem.RingMesh(1.0, elements=LEVELS[1], edge=1.0)
-        body = fem.half_space_body(mesh, fem.Material(1.0, POISSON))
+        body = fem.half_space_body(_rings(LEVELS[1]), fem.Material(1.0, POISSON))
         next(fem.indent(body, _paraboloid, Load("penetration", 1.0)))
 
     times = interleaved({"ours": single}, READINGS, time.process_time)["ours"]
@@ -216,43 +159,40 @@ def against_peer(peer: str) -> Measurement:
 
 
 def sizes() -> list[Measurement]:
-    """Return cost and memory against the number of unknowns, and the exponent of the cost."""
-    rows, seconds_by_unknowns = [], {}
+    """Return cost and memory against the number of unknowns, and the exponent of the cost.
+
+    Nested dissection of a cube costs N^2 at most (George 1973). Two million unknowns are solved by
+    conjugate gradients.
+    """
+    rows: dict[int, Measurement] = {}
     for elements in SIZES:
-        if bytes_of_elimination(fem.RingMesh(1.0, elements=elements, edge=1.0)) > free_memory():
+        if bytes_of_elimination(_rings(elements)) > free_memory():
             break
         before = _peak_memory()
         job, spent = _timed(elements)
-        memory = _peak_memory()
+        unknowns, memory = job.body.unknowns, _peak_memory()
         grown = f", peak memory {memory / 1e9:.2f} GB" if memory > before else ""
-        title = f"cost at {job.body.unknowns} unknowns{grown}"
-        if job.body.unknowns <= LARGEST_PARDISO and condensation.has_pardiso():
+        title = f"cost at {unknowns} unknowns{grown}"
+        rows[unknowns] = Measurement(title, spent, NOT_FACTORISED)
+        if unknowns <= LARGEST_PARDISO and condensation.has_pardiso():
             matrix = stiffness_matrix(job.body.system)
             with threadpool_limits(limits=1):
                 start = time.process_time()
                 condensation.factorise_by_pardiso(matrix)
                 factorised = time.process_time() - start
-            rows.append(measurement(title, [spent], FACTORISATION, [factorised]))
-        else:
-            rows.append(Measurement(title, spent, "not factorised at this size"))
-        seconds_by_unknowns[job.body.unknowns] = spent
-    return [*rows, growth(seconds_by_unknowns)]
+            rows[unknowns] = measurement(title, [spent], FACTORISATION, [factorised])
+    late = {unknowns: row for unknowns, row in rows.items() if unknowns >= 1e4}
+    job, spent = _timed(LARGEST_LEVEL, ITERATIVE_SOLVER)
+    assert job.body.iterative is not None
+    steps = " and ".join(str(count) for count in job.body.iterative.iterations)
+    title = f"conjugate gradients, {job.body.unknowns} unknowns, {steps} steps, "
+    title += f"force {np.abs(job.errors).max():.1e}: whole job"
+    fronts = growth(late, "unknowns", ("N^2 of dense fronts", np.square))
+    return [*rows.values(), fronts, Measurement(title, spent, NOT_FACTORISED)]
 
 
-def growth(seconds: dict[int, float]) -> Measurement:
-    """Fit the exponent of the cost; nested dissection of a cube costs N^2 at most (George 1973)."""
-    unknowns = np.array(list(seconds), dtype=float)
-    cost = np.array(list(seconds.values()))
-    late = unknowns >= 1e4
-    found = exponent(unknowns[late], cost[late])
-    return Measurement(
-        f"exponent of the cost from {unknowns[late][0]:.0f} to {unknowns[-1]:.0f} unknowns: "
-        f"{found:.2f}",
-        float(cost[-1]),
-        "exponent 2 of dense fronts (ratio of exponents)",
-        None,
-        found / 2.0,
-    )
+def _rings(elements: int) -> fem.RingMesh:
+    return fem.RingMesh(1.0, elements=elements, edge=1.0)
 
 
 def _paraboloid(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -268,7 +208,7 @@ def _job(
     spent = time.perf_counter() - start
     hertz_force = 4.0 / 3.0 * body.effective_modulus * DEPTHS**1.5
     errors = np.array([step.force for _, step in steps]) / hertz_force - 1.0
-    return Swept(body, errors, spent, steps[-1])
+    return Swept(body, errors, spent)
 
 
 @cache

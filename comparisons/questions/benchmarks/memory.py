@@ -23,6 +23,15 @@ loading = { force = { values = [0.02], relative_to = "E* A0 h'" } }
 """
 
 
+def _large(loads: str, *, periodic: bool) -> str:
+    """Return a patch whose shortest wave has 16 cells, 22 to 24 % of which is in contact."""
+    waves = f"points = 2048, short_cutoff = {16 / 2048}, periodic = {str(periodic).lower()}"
+    return f"""
+surface = {{ kind = "self_affine", hurst = 0.8, rms_slope = 0.1, size = 1.0, {waves} }}
+loading = {{ force = {{ values = {loads}, relative_to = "E* A0 h'" }} }}
+"""
+
+
 def _pressed(shape: str, loading: str = _DEPTHS) -> str:
     return f"indenter = {{ {shape} }}\n{loading}\n"
 
@@ -39,17 +48,20 @@ class Case(NamedTuple):
     scene: str
     resolutions: tuple[int, ...]
     options: str = ""  # of the method, as in a scene
+    quantities: str = ""  # by default those of the scene
 
     def text(self, resolution: int) -> str:
         """Return the scene at one resolution."""
+        quantities = f", quantities = {self.quantities}" if self.quantities else ""
         return f"""name = "memory"
 half_space = {{ youngs_modulus = 1.0, poisson_ratio = 0.3 }}
 {self.scene}
-compare = {{ methods = ["{self.method}"], resolutions = [{resolution}] }}
+compare = {{ methods = ["{self.method}"], resolutions = [{resolution}]{quantities} }}
 methods.{self.method} = {{ {self.options} }}
 """
 
 
+_TWO = "[0.05, 0.1125]"
 _ITERATED = 'solver = "conjugate_gradients"'
 _PAIR = "counter_body = { youngs_modulus = 1.0, poisson_ratio = 0.3 }\n" + _pressed(_BALL)
 _LONG = 'shape = "ellipsoid", radius_x = 10.0, radius_y = 1.0'
@@ -69,6 +81,17 @@ CASES = {
         Case("bem_dense, one force", "bem_dense", _pressed(_BALL, _FORCE), (18, 22, 27)),
         Case("bem_dense, cylinder", "bem_dense", _pressed(_CYLINDER), (20, 25, 30)),
         Case("bem_dense, patch", "bem_dense", _ROUGH, (64, 96, 128)),
+        Case("bem_fft, periodic, a load", "bem_fft", _large("[0.1125]", periodic=True), (2048,)),
+        Case("bem_fft, periodic, two loads", "bem_fft", _large(_TWO, periodic=True), (2048,)),
+        Case(
+            "bem_fft, periodic, stiffness",
+            "bem_fft",
+            _large(_TWO, periodic=True),
+            (2048,),
+            "",
+            '["stiffness"]',
+        ),
+        Case("bem_fft, free, two loads", "bem_fft", _large(_TWO, periodic=False), (2048,)),
     ),
 }
 

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
 
-from comparisons.questions.benchmarks.yardstick import (
-    Measurement,
-    exponent,
-    interleaved,
-    measurement,
-)
+from comparisons.questions.benchmarks.yardstick import Measurement, growth, in_turns
 from reduced.loads import Load
 from reduced.memory.materials import kelvin_voigt
 from reduced.profiles import equivalents
@@ -34,39 +29,36 @@ _EXPONENT_FROM = 10**4  # with fewer points, the call costs as much as the line
 
 def measure() -> list[Measurement]:
     """Run all measurements; about a minute on one thread."""
+    rows: list[Measurement] = []
+    for hurst in (0.8, 0.3):
+        title, line = f"1e6 springs x {LOADS} loads, H = {hurst}", rough_lines(1, SPRINGS, hurst)
+        tasks, heights = _presses(title, line, LOADS), line.single()
+        rows += in_turns(tasks, "np.argsort", partial(np.argsort, heights), 5, SORT_TARGET)
+        name, force = next(iter(tasks.items()))
+        against = {f"{name}, against np.sort": force}
+        rows += in_turns(against, "np.sort", partial(np.sort, heights), 5)
     lines = rough_lines(LINES, POINTS)
-    batch = _against_argsort(
-        f"{LINES} lines x {POINTS} points x {FEW_LOADS} loads",
-        _presses(lines, FEW_LOADS),
-        lines.heights,
-        "np.argsort of the batch",
-        BATCH_TARGET,
-    )
+    tasks = _presses(f"{LINES} lines x {POINTS} points x {FEW_LOADS} loads", lines, FEW_LOADS)
+    sort = partial(np.argsort, lines.heights, axis=-1)
+    rows += in_turns(tasks, "np.argsort of the batch", sort, 21, BATCH_TARGET)
     # one contact of 40 springs, as in scenes of a single shape
     springs, loads = Springs(equivalents.paraboloid(1.0), 1.0), np.geomspace(1e-3, 0.1, 7)
-    single = _against_argsort(
-        "paraboloid, 40 springs x 7 loads",
-        {name: partial(indent, springs, Load(name, loads)) for name in ("penetration", "force")},
-        np.random.default_rng(0).normal(size=80),
-        "np.argsort of 80 numbers",
-        None,
-    )
-    return [*_long_line(0.8), *_long_line(0.3), *batch, *single, *_sizes(), *_sliding()]
-
-
-def _against_argsort(
-    title: str,
-    tasks: Mapping[str, Callable[[], object]],
-    values: np.ndarray,
-    yardstick: str,
-    target: float | None,
-) -> list[Measurement]:
-    """Return the cost of each task relative to sorting values along their last axis."""
-    times = interleaved({"argsort": partial(np.argsort, values, axis=-1), **tasks}, 21)
-    return [
-        measurement(f"{title}, {name}", times[name], yardstick, times["argsort"], target)
-        for name in tasks
-    ]
+    tasks = {
+        f"paraboloid, 40 springs x 7 loads, {name}": partial(indent, springs, Load(name, loads))
+        for name in ("penetration", "force")
+    }
+    few = np.random.default_rng(0).normal(size=80)
+    rows += in_turns(tasks, "np.argsort of 80 numbers", partial(np.argsort, few), 21)
+    of_size = {}
+    for points in SIZES:
+        line = rough_lines(1, points)
+        pressing = partial(press, line, 1.0, load_lists(line, LOADS)[0])
+        sort = partial(np.argsort, line.single())
+        one = {f"N = {points:.0e}, {LOADS} loads, force": pressing}
+        (of_size[points],) = in_turns(one, "np.argsort", sort, 5)
+    late = {points: row for points, row in of_size.items() if points >= _EXPONENT_FROM}
+    law = "N log N", lambda n: n * np.log(n)
+    return [*rows, *of_size.values(), growth(late, "N", law, 1.0), *_sliding()]
 
 
 def rough_lines(count: int, points: int, hurst: float = 0.8) -> RoughLines:
@@ -89,27 +81,12 @@ def load_lists(lines: RoughLines, loads: int) -> list[Load]:
     ]
 
 
-def _presses(lines: RoughLines, loads: int) -> dict[str, Callable[[], object]]:
+def _presses(title: str, lines: RoughLines, loads: int) -> dict[str, Callable[[], object]]:
     return {
-        f"{load.control}, {edges}": partial(press, lines, 1.0, load, edges=edges)
+        f"{title}, {load.control}, {edges}": partial(press, lines, 1.0, load, edges=edges)
         for load in load_lists(lines, loads)
         for edges in EDGES
     }
-
-
-def _long_line(hurst: float) -> list[Measurement]:
-    line = rough_lines(1, SPRINGS, hurst)
-    tasks, heights = _presses(line, LOADS), line.single()
-    sorts = {"argsort": partial(np.argsort, heights), "sort": partial(np.sort, heights)}
-    times = interleaved(sorts | tasks, 5)
-    title = f"1e6 springs x {LOADS} loads, H = {hurst}"
-    rows = [
-        measurement(f"{title}, {name}", times[name], "np.argsort", times["argsort"], SORT_TARGET)
-        for name in tasks
-    ]
-    name = f"force, {EDGES[0]}"
-    against_sort = f"{title}, {name}, against np.sort"
-    return [*rows, measurement(against_sort, times[name], "np.sort", times["sort"])]
 
 
 def _sliding() -> list[Measurement]:
@@ -125,62 +102,15 @@ def _sliding() -> list[Measurement]:
         for _ in range(SLIDING_STEPS):
             np.exp(points)
 
+    title = f"Problem 1, {SLIDING_LINES} lines x {SLIDING_POINTS} points x {SLIDING_STEPS} steps"
     rows = []
-    for load, target in ((1e-3, EXP_TARGET), (2e-2, None)):
+    for load, share, target in ((1e-3, "a tenth", EXP_TARGET), (2e-2, "half", None)):
+        slide = partial(slide_in_time, lines, kelvin_voigt(1.0, 1.0), steps=SLIDING_STEPS)
         tasks = {
-            f"v tau = {reach:g} dx": partial(
-                slide_in_time,
-                lines,
-                kelvin_voigt(1.0, 1.0),
-                reach / SLIDING_POINTS,
-                load,
-                steps=SLIDING_STEPS,
+            f"{title}, {share} in contact, v tau = {reach:g} dx": partial(
+                slide, reach / SLIDING_POINTS, load
             )
             for reach in (1e-3, 1.0, 10.0, 100.0)
         }
-        times = interleaved({"exp": exponentials, **tasks}, 3)
-        share = "a tenth" if target else "half"
-        rows += [
-            measurement(
-                f"Problem 1, {SLIDING_LINES} lines x {SLIDING_POINTS} points x {SLIDING_STEPS} "
-                f"steps, {share} in contact, {name}",
-                times[name],
-                "np.exp per point and step",
-                times["exp"],
-                target,
-            )
-            for name in tasks
-        ]
+        rows += in_turns(tasks, "np.exp per point and step", exponentials, 3, target)
     return rows
-
-
-def _sizes() -> list[Measurement]:
-    """Return the cost against N, and its growth from 1e4 to 1e7 relative to N log N."""
-    rows, seconds_by_points = [], {}
-    for points in SIZES:
-        line = rough_lines(1, points)
-        pressing = partial(press, line, 1.0, load_lists(line, LOADS)[0])
-        sorting = partial(np.argsort, line.single())
-        times = interleaved({"argsort": sorting, "press": pressing}, 5)
-        rows.append(
-            measurement(
-                f"N = {points:.0e}, {LOADS} loads, force",
-                times["press"],
-                "np.argsort",
-                times["argsort"],
-            )
-        )
-        seconds_by_points[points] = rows[-1].seconds
-    sizes = np.array([n for n in seconds_by_points if n >= _EXPONENT_FROM], dtype=float)
-    cost = np.array([seconds_by_points[int(n)] for n in sizes])
-    found, bound = exponent(sizes, cost), exponent(sizes, sizes * np.log(sizes))
-    first, last = sizes[0], sizes[-1]
-    growth = Measurement(
-        f"exponent of the cost in N from {first:.0e} to {last:.0e}: {found:.2f}",
-        float(cost[-1]),
-        f"N log N from the same start ({bound:.2f})",
-        float(cost[0] * (last / first) ** bound),
-        float((last / first) ** (found - bound)),
-        1.0,
-    )
-    return [*rows, growth]

@@ -91,13 +91,42 @@ def measurement(
     )
 
 
-def exponent(sizes: np.ndarray, costs: np.ndarray) -> float:
-    """Return the exponent of a power law fitted to costs.
+def in_turns(
+    tasks: Mapping[str, Callable[[], object]],
+    yardstick: str,
+    unit: Callable[[], object],
+    repeats: int,
+    target: float | None = None,
+) -> list[Measurement]:
+    """Time tasks and their yardstick in turns; return a row for each task."""
+    times = interleaved({"": unit, **tasks}, repeats)
+    return [measurement(name, times[name], yardstick, times[""], target) for name in tasks]
 
-    >>> round(exponent(np.array([1.0, 2.0, 4.0]), np.array([3.0, 12.0, 48.0])), 12)
-    2.0
+
+def growth(
+    rows: Mapping[int, Measurement],
+    size: str,
+    law: tuple[str, Callable[[np.ndarray], np.ndarray]],
+    target: float | None = None,
+) -> Measurement:
+    """Compare the growth of a cost with its size with that of a law, by fitted powers.
+
+    >>> rows = {n: Measurement("", 1e-9 * n**2, "") for n in (100, 200, 400)}
+    >>> row = growth(rows, "unknowns", ("N^2", lambda n: n**2.0))
+    >>> row.name, round(row.ratio, 12)
+    ('exponent of the cost in unknowns from 100 to 400: 2.00', 1.0)
     """
-    return float(np.polyfit(np.log(sizes), np.log(costs), 1)[0])
+    sizes, seconds = np.array(list(rows)), np.array([row.seconds for row in rows.values()])
+    found, bound = (np.polyfit(np.log(sizes), np.log(y), 1)[0] for y in (seconds, law[1](sizes)))
+    ratio = float((sizes[-1] / sizes[0]) ** (found - bound))
+    return Measurement(
+        f"exponent of the cost in {size} from {sizes[0]} to {sizes[-1]}: {found:.2f}",
+        float(seconds[-1]),
+        f"{law[0]} from the same start ({bound:.2f})",
+        float(seconds[-1] / ratio),
+        ratio,
+        target,
+    )
 
 
 def vector_features() -> str:
