@@ -203,17 +203,17 @@ def test_a_shelf_is_crossed_in_a_jump_both_ways():
 
 @pytest.mark.parametrize("shape", list(SHAPES))
 def test_the_work_of_the_force_is_stored_or_lost_in_jumps(shape):
-    """U - pi w a^2 and what jumps lost change by int F dd: on a part, and around a closed cycle.
+    """U - pi w a^2 and what jumps lost change by int F dd, on a stable branch and around a cycle.
 
     Trapezoids between 4000 depths per way err where a jump falls between two depths, by the jump in
-    force times the step; none does on the way back from 0.1 to 0.05.
+    force times the step.
     """
-    path = np.concatenate([np.linspace(0, 0.2, 4000), np.linspace(0.2, -0.5, 4000)])
-    contact = adhere(Springs(SHAPES[shape], 1.0), W, LoadPath("penetration", path))
-    free = contact.elastic_energy - np.pi * W * contact.contact_radius**2
-    for way, tolerance in ((slice(4572, 4857), 1e-5), (slice(0, None), 2e-3)):
-        work = np.trapezoid(contact.force[way], path[way])
-        kept = (free + contact.dissipated)[way]
+    cycle = np.concatenate([np.linspace(0, 0.2, 4000), np.linspace(0.2, -0.5, 4000)])
+    for path, tolerance in ((np.linspace(0.1, 0.05, 3000), 1e-5), (cycle, 2e-3)):
+        contact = adhere(Springs(SHAPES[shape], 1.0), W, LoadPath("penetration", path))
+        free = contact.elastic_energy - np.pi * W * contact.contact_radius**2
+        kept = free + contact.dissipated
+        work = np.trapezoid(contact.force, path)
         assert kept[-1] - kept[0] == pytest.approx(work, rel=tolerance)
     assert contact.contact_radius[-1] == 0
 
