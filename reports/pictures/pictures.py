@@ -135,6 +135,7 @@ def render(jobs: Sequence[dict[str, np.ndarray]], command: Sequence[str] = ()) -
     environment["PYTHONPATH"] = os.pathsep.join(
         filter(None, [root, environment.get("PYTHONPATH", "")])
     )
+    environment["PYVISTA_OFF_SCREEN"] = "true"
     images = [b""] * len(jobs)
     todo = list(range(len(jobs)))
     barren = 0

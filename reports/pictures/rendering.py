@@ -19,23 +19,12 @@ import numpy as np
 from reports.plots.style import CONTACT
 
 if TYPE_CHECKING:
-    from vtkmodules.vtkRenderingCore import vtkActor, vtkRenderer
+    from pyvista import Plotter
 
 WINDOW = (810, 540)
 MOST_SURFACE_POINTS = 400
 VIEW = np.array([1.0, -1.25, 0.95])  # the common camera: front right, from above
-# Viridis and cividis in ten steps (van der Walt & Smith, 2015; Nunez, Anderton & Renslow, PLoS ONE
-# 13 (2018) e0199239).
-VIRIDIS = (
-    "#440154", "#482878", "#3e4989", "#31688e", "#26828e",
-    "#1f9e89", "#35b779", "#6ece58", "#b5de2b", "#fde725",
-)  # fmt: skip
-CIVIDIS = (
-    "#00224e", "#123570", "#3b496c", "#575d6d", "#707173",
-    "#8a8678", "#a59c74", "#c3b369", "#e1cc55", "#fee838",
-)  # fmt: skip
-GREY = "#808080"
-VTK_KIND = {4: 10, 8: 12}  # of a tetrahedron and of a brick, by its corners
+PLAIN: dict[str, Any] = {"show_scalar_bar": False, "specular": 0.0}
 Job = dict[str, np.ndarray]
 Frame = tuple[tuple[float, float, float], float]  # the centre of a picture, and half its height
 # Corners of the faces of a brick and of a tetrahedron in VTK order, normals outwards.
@@ -94,7 +83,7 @@ def deformed_piece(job: Job, *, clipped: bool = False) -> Piece:
         inside = np.clip(points, -1.0, 1.0)
         beyond = (inside != points).any(axis=1)
         if beyond.any():
-            from scipy.spatial import cKDTree  # half as long to import as VTK, which needs none
+            from scipy.spatial import cKDTree  # half as long to import as PyVista, which needs none
 
             distance, near = cKDTree(points).query(inside[beyond], k=4)
             weight = 1.0 / np.maximum(distance, 1e-12) ** 2
@@ -145,134 +134,89 @@ def opened_surface(piece: Piece) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return piece.points[chosen], triangles.reshape(-1, 3), piece.stress[chosen]
 
 
-def _shaped(kind: Any, points: np.ndarray, **fields: np.ndarray) -> Any:
-    """Return a shape of VTK's with its points and fields; the first is shown."""
-    from vtkmodules.util.numpy_support import numpy_to_vtk
-    from vtkmodules.vtkCommonCore import vtkPoints
-
-    shape, places = kind(), vtkPoints()
-    places.SetData(numpy_to_vtk(np.ascontiguousarray(points, dtype=float), deep=True))
-    shape.SetPoints(places)
-    for name, values in fields.items():
-        array = numpy_to_vtk(np.ascontiguousarray(values, dtype=float), deep=True)
-        array.SetName(name)
-        shape.GetPointData().AddArray(array)
-    shape.GetPointData().SetActiveScalars(next(iter(fields)))
-    return shape
-
-
-def _relief(x: np.ndarray, y: np.ndarray, z: np.ndarray, values: np.ndarray) -> Any:
-    """Return a surface over a grid."""
-    from vtkmodules.vtkCommonDataModel import vtkStructuredGrid
-    from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
-
-    points = np.column_stack([x.ravel(), y.ravel(), z.ravel()])
-    grid = _shaped(vtkStructuredGrid, points, values=values.ravel())
-    grid.SetDimensions(x.shape[1], x.shape[0], 1)
-    return vtkDataSetSurfaceFilter()(grid)
-
-
-def _show(
-    renderer: vtkRenderer, shape: Any, tones: Sequence[str], low: float = 0.0, high: float = 1.0
-) -> vtkActor:
-    """Show a shape by its scalars on a scale of colours, or in one colour; NaN is contact."""
-    from vtkmodules.vtkRenderingCore import vtkActor, vtkColorTransferFunction, vtkDataSetMapper
-
-    scale = vtkColorTransferFunction()
-    *shades, touching = ([c / 255 for c in bytes.fromhex(t[1:])] for t in (*tones, CONTACT))
-    for place, shade in zip(np.linspace(low, high, len(tones)), shades, strict=True):
-        scale.AddRGBPoint(place, *shade)
-    scale.SetNanColor(touching)
-    mapper, actor = vtkDataSetMapper(), vtkActor()
-    mapper.SetInputDataObject(shape)
-    mapper.SetLookupTable(scale)
-    mapper.UseLookupTableScalarRangeOn()
-    mapper.SetScalarVisibility(len(tones) > 1)
-    mapper.InterpolateScalarsBeforeMappingOn()
-    actor.SetMapper(mapper)
-    actor.GetProperty().SetColor(shades[0])
-    actor.GetProperty().SetInterpolationToFlat()
-    renderer.AddActor(actor)
-    return actor
-
-
-def _rough(renderer: vtkRenderer, job: Job) -> Frame:
-    from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
+def _rough(plotter: Plotter, job: Job) -> Frame:
+    from pyvista import StructuredGrid
 
     x, y, z, heights, touching = rough_surface(job, MOST_SURFACE_POINTS)
-    relief = vtkPolyDataNormals(splitting=False)(
-        _relief(x, y, z, np.where(touching, np.nan, heights))
+    plotter.add_mesh(
+        StructuredGrid(x, y, z),
+        scalars=np.where(touching, np.nan, heights).ravel(order="F"),
+        cmap="cividis",
+        clim=[job["heights"].min(), job["heights"].max()],
+        nan_color=CONTACT,
+        smooth_shading=True,
+        interpolate_before_map=False,
+        **PLAIN,
     )
-    actor = _show(renderer, relief, CIVIDIS, job["heights"].min(), job["heights"].max())
-    actor.GetMapper().InterpolateScalarsBeforeMappingOff()
-    actor.GetProperty().SetInterpolationToPhong()
     width, depth = job["size"] / job["size"].max()
     return (width / 2, depth / 2, 0.0), 0.53
 
 
-def _hill(renderer: vtkRenderer, job: Job) -> Frame:
+def _hill(plotter: Plotter, job: Job) -> Frame:
+    from pyvista import StructuredGrid
+
     x, y, p = pressure_hill(job)
-    _show(renderer, _relief(x, y, 0.4 * p, p), VIRIDIS)
+    plotter.add_mesh(
+        StructuredGrid(x, y, 0.4 * p),
+        scalars=p.ravel(order="F"),
+        cmap="viridis",
+        clim=[0, 1],
+        **PLAIN,
+    )
     return (0.0, 0.0, 0.12), 0.53
 
 
-def _body(renderer: vtkRenderer, job: Job) -> Frame:
+def _body(plotter: Plotter, job: Job) -> Frame:
     """Draw the body near the contact, cut open, with the rim of the contact."""
-    from vtkmodules import vtkFiltersCore
-    from vtkmodules.util.numpy_support import numpy_to_vtkIdTypeArray
-    from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkUnstructuredGrid
-    from vtkmodules.vtkFiltersGeneral import vtkBoxClipDataSet
-    from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
+    from pyvista import CellType, UnstructuredGrid
 
     piece = deformed_piece(job)
-    body = _shaped(vtkUnstructuredGrid, piece.points, stress=piece.stress, pressure=piece.pressure)
-    cells, numbers = vtkCellArray(), np.ascontiguousarray(piece.cells, dtype=np.int64)
-    cells.SetData(numbers.shape[1], numpy_to_vtkIdTypeArray(numbers.ravel(), deep=True))
-    body.SetCells(VTK_KIND[numbers.shape[1]], cells)
-    # Sewn together where mirror images meet: no seam in the picture.
-    sewn = vtkFiltersCore.vtkStaticCleanUnstructuredGrid(
-        tolerance_is_absolute=True, absolute_tolerance=1e-9
-    )
+    corners = piece.cells.shape[1]
+    table = np.hstack([np.full((len(piece.cells), 1), corners), piece.cells]).ravel()
+    kind = CellType.TETRA if corners == 4 else CellType.HEXAHEDRON
+    body = UnstructuredGrid(table, np.full(len(piece.cells), kind), piece.points)
+    body["pressure"], body["stress"] = piece.pressure, piece.stress
+    body = body.clean(tolerance=1e-9)  # sews the mirror images together: no seam in the picture
     big = 1e3
-    box, quarter = vtkBoxClipDataSet(), vtkBoxClipDataSet(generate_clipped_output=True)
-    box.SetBoxClip(-1.0, 1.0, -1.0, 1.0, -0.9, big)
-    quarter.SetBoxClip(0.0, big, -big, 0.0, -big, big)
-    near = box(sewn(body))[0]
-    opened = vtkDataSetSurfaceFilter()(quarter(near)[1])
-    # Shading would tell other stresses than the colour bar.
-    _show(renderer, opened, VIRIDIS, 0.0, float(job["highest"])).GetProperty().LightingOff()
-    edges = vtkFiltersCore.vtkFeatureEdges(
-        feature_angle=40.0, boundary_edges=False, non_manifold_edges=False
+    body = body.clip_box((-1.0, 1.0, -1.0, 1.0, -0.9, big), invert=False)
+    opened = body.clip_box((0, big, -big, 0, -big, big), invert=True)
+    plotter.add_mesh(
+        opened,
+        scalars="stress",
+        cmap="viridis",
+        clim=[0, float(job["highest"])],
+        show_scalar_bar=False,
+        lighting=False,  # shading would tell other stresses than the colour bar
     )
-    _show(renderer, edges(opened), (GREY,)).GetProperty().SetLineWidth(1.5)
-    top = vtkDataSetSurfaceFilter()(near)
-    highest = top.GetPointData().GetArray("pressure").GetRange()[1]
+    edges = opened.extract_feature_edges(
+        feature_angle=40, boundary_edges=False, non_manifold_edges=False, manifold_edges=False
+    )
+    plotter.add_mesh(edges, color="#808080", line_width=1.5)
+    top = opened.extract_surface(algorithm="dataset_surface")
+    highest = float(np.max(top["pressure"], initial=0.0))
     if highest > 0:
-        rim = vtkFiltersCore.vtkContourFilter()
-        rim.SetInputArrayToProcess(0, 0, 0, 0, "pressure")
-        rim.SetValue(0, 0.02 * highest)
-        line = _show(renderer, quarter(rim(top))[1], (CONTACT,)).GetProperty()
-        line.LightingOff()
-        line.SetLineWidth(8)
+        rim = top.contour([0.02 * highest], scalars="pressure")
+        if rim.n_points:
+            plotter.add_mesh(rim, color=CONTACT, line_width=8, lighting=False)
     return (0.0, 0.0, -0.36), 1.32
 
 
-def _particles(renderer: vtkRenderer, job: Job) -> Frame:
+def _particles(plotter: Plotter, job: Job) -> Frame:
     """Draw the particles as balls, a quarter of them taken away, with the surface up."""
-    from vtkmodules.vtkCommonDataModel import vtkPolyData
-    from vtkmodules.vtkFiltersCore import vtkGlyph3D
-    from vtkmodules.vtkFiltersSources import vtkSphereSource
+    from pyvista import PolyData, Sphere
 
-    places = job["places"] * np.array([1.0, 1.0, -1.0])
-    ball = vtkSphereSource(
-        radius=0.5 * float(job["spacing"]), theta_resolution=14, phi_resolution=10
+    cloud = PolyData(job["places"] * np.array([1.0, 1.0, -1.0]))
+    cloud["stress"] = job["stress"]
+    ball = Sphere(radius=0.5 * float(job["spacing"]), theta_resolution=14, phi_resolution=10)
+    plotter.add_mesh(
+        cloud.glyph(geom=ball, scale=False, orient=False),
+        scalars="stress",
+        cmap="viridis",
+        clim=[0, float(job["highest"])],
+        smooth_shading=True,
+        ambient=0.5,
+        **PLAIN,
     )
-    balls = vtkGlyph3D(scaling=False, orient=False, color_mode=1)
-    balls.SetSourceConnection(ball.GetOutputPort())
-    cloud = balls(_shaped(vtkPolyData, places, stress=job["stress"]))
-    light = _show(renderer, cloud, VIRIDIS, 0.0, float(job["highest"])).GetProperty()
-    light.SetInterpolationToPhong()
-    light.SetAmbient(0.5)
     return (0.0, 0.0, -0.36), 1.32
 
 
@@ -281,37 +225,23 @@ DRAWERS = {"rough": _rough, "body": _body, "particles": _particles, "hill": _hil
 
 def main(arguments: Sequence[str]) -> None:
     """Render every IN.npz to its OUT.png, written atomically."""
-    from vtkmodules import vtkRenderingCore
-    from vtkmodules.vtkIOImage import vtkPNGWriter
-    from vtkmodules.vtkRenderingOpenGL2 import vtkRenderStepsPass, vtkSSAAPass
+    from pyvista import Plotter
 
     for source, target in zip(arguments[::2], arguments[1::2], strict=True):
         with np.load(source, allow_pickle=False) as archive:
             job = {name: archive[name] for name in archive.files}
-        renderer = vtkRenderingCore.vtkRenderer(background=(1.0, 1.0, 1.0))
-        window = vtkRenderingCore.vtkRenderWindow()
-        window.SetOffScreenRendering(True)
-        window.SetSize(*WINDOW)
-        window.SetAlphaBitPlanes(True)
-        window.AddRenderer(renderer)
-        vtkRenderingCore.vtkLightKit().AddLightsToRenderer(renderer)
-        smooth = vtkSSAAPass()
-        smooth.SetDelegatePass(vtkRenderStepsPass())
-        renderer.SetPass(smooth)
-        centre, extent = DRAWERS[str(job["kind"])](renderer, job)
-        camera = renderer.GetActiveCamera()
-        camera.ParallelProjectionOn()
-        camera.SetFocalPoint(centre)
-        camera.SetPosition(*(np.array(centre) + 5 * extent * VIEW))
-        camera.SetViewUp(0.0, 0.0, 1.0)
-        camera.SetParallelScale(extent)
-        renderer.ResetCameraClippingRange()
-        image = vtkRenderingCore.vtkWindowToImageFilter(input=window, read_front_buffer=False)
-        image.SetInputBufferTypeToRGBA()
+        plotter = Plotter(off_screen=True, window_size=list(WINDOW), lighting="light kit")
+        plotter.enable_anti_aliasing("ssaa")
+        camera = plotter.camera
+        camera.enable_parallel_projection()
+        centre, extent = DRAWERS[str(job["kind"])](plotter, job)
+        camera.focal_point = centre
+        camera.position = tuple(np.array(centre) + 5 * extent * VIEW)
+        camera.up = (0.0, 0.0, 1.0)
+        camera.parallel_scale = extent
+        plotter.reset_camera_clipping_range()
         unfinished = Path(target).with_suffix(".part.png")
-        writer = vtkPNGWriter(file_name=str(unfinished))
-        writer.SetInputConnection(image.GetOutputPort())
-        writer.Write()
+        plotter.screenshot(unfinished, transparent_background=True)
         unfinished.replace(target)
 
 

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from reports.pictures.rendering import (
-    CIVIDIS,
     deformed_piece,
     opened_surface,
     pressure_hill,
@@ -29,6 +28,11 @@ CAMERA = {
     "eye": {"x": 1.0, "y": -1.25, "z": 0.95},
     "projection": {"type": "orthographic"},
 }
+# Cividis in ten steps (Nunez, Anderton & Renslow, PLoS ONE 13 (2018) e0199239).
+CIVIDIS = (
+    "#00224e", "#123570", "#3b496c", "#575d6d", "#707173",
+    "#8a8678", "#a59c74", "#c3b369", "#e1cc55", "#fee838",
+)  # fmt: skip
 Job = dict[str, np.ndarray]
 Drawn = tuple[dict[str, Any], np.ndarray]  # a trace without its places, and its points
 

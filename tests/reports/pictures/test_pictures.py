@@ -101,21 +101,28 @@ def test_mirrored_bricks_keep_a_positive_volume():
 
 
 @pytest.mark.slow
-def test_pictures_of_every_kind_are_drawn_here(study):
+def test_pictures_are_drawn_here(study, tmp_path):
     """A PNG with more than one colour; skipped where the machine has no renderer at all."""
-    jobs = [pictures.picture_job(scene).arrays for scene in study.scenes]
-    x, y = np.meshgrid(np.linspace(-1, 1, 20), np.linspace(-1, 1, 20), indexing="ij")
-    hill = {"x": x, "y": y, "pressure": np.maximum(1 - x**2 - y**2, 0)}
-    balls = {"places": np.eye(3), "stress": np.arange(3.0), "spacing": np.array(0.3)}
-    for kind, arrays in {"hill": hill, "particles": balls}.items():
-        jobs.append({"kind": np.array(kind), "highest": np.array(1.0), **arrays})
-    drawn = pictures.render(jobs)
-    if not any(drawn):
+    result = pictures.draw(study.scenes, tmp_path)
+    if not any(picture.png for picture in result):
         pytest.skip("no renderer")
-    assert {str(job["kind"]) for job in jobs} == set(rendering.DRAWERS)
-    for png in drawn:
-        assert png.startswith(b"\x89PNG")
-        assert 5_000 < len(png) < 600_000
+    for picture in result:
+        assert picture.png.startswith(b"\x89PNG")
+        assert 5_000 < len(picture.png) < 600_000
+
+
+@pytest.mark.slow
+def test_the_renderer_uses_nothing_that_pyvista_gives_up(study):
+    balls = {"kind": np.array("particles"), "places": np.eye(3), "stress": np.ones(3)}
+    jobs = [{**balls, "spacing": np.array(0.1), "highest": np.array(1.0)}]
+    jobs += [pictures.picture_job(scene).arrays for scene in study.scenes]
+    plain = [sys.executable, "-m", "reports.pictures.rendering"]
+    if not any(pictures.render(jobs, plain)):
+        pytest.skip("no renderer")
+    given_up = "from pyvista.core.errors import PyVistaDeprecationWarning as W"
+    strict = f"import runpy, warnings; {given_up}; warnings.simplefilter('error', W); "
+    strict += "runpy.run_module('reports.pictures.rendering', run_name='__main__')"
+    assert all(pictures.render(jobs, [sys.executable, "-c", strict]))
 
 
 DTYPES = {"f4": "<f4", "u1": "u1", "u2": "<u2", "u4": "<u4"}
