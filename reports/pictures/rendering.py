@@ -177,9 +177,9 @@ def _body(plotter: Plotter, job: Job) -> Frame:
     body = UnstructuredGrid(table, np.full(len(piece.cells), kind), piece.points)
     body["pressure"], body["stress"] = piece.pressure, piece.stress
     body = body.clean(tolerance=1e-9)  # sews the mirror images together: no seam in the picture
-    big = 1e3
-    body = body.clip_box((-1.0, 1.0, -1.0, 1.0, -0.9, big), invert=False)
-    opened = body.clip_box((0, big, -big, 0, -big, big), invert=True)
+    # Whole cells go: of a body made of mirror images none crosses a plane of symmetry.
+    x, y, _ = body.cell_centers().points.T
+    opened = body.extract_cells((x < 0) | (y > 0)).clip_box((-1, 1, -1, 1, -0.9, 1e3), invert=False)
     plotter.add_mesh(
         opened,
         scalars="stress",
@@ -188,14 +188,15 @@ def _body(plotter: Plotter, job: Job) -> Frame:
         show_scalar_bar=False,
         lighting=False,  # shading would tell other stresses than the colour bar
     )
-    edges = opened.extract_feature_edges(
+    edges = opened.extract_surface(algorithm="geometry").extract_feature_edges(
         feature_angle=40, boundary_edges=False, non_manifold_edges=False, manifold_edges=False
     )
     plotter.add_mesh(edges, color="#808080", line_width=1.5)
-    top = opened.extract_surface(algorithm="dataset_surface")
-    highest = float(np.max(top["pressure"], initial=0.0))
+    closed = body.extract_surface(algorithm="geometry")
+    highest = float(np.max(closed["pressure"], initial=0.0))
     if highest > 0:
-        rim = top.contour([0.02 * highest], scalars="pressure")
+        rim = closed.contour([0.02 * highest], scalars="pressure")
+        rim = rim.clip_box((0, 1e3, -1e3, 0, -1e3, 1e3))
         if rim.n_points:
             plotter.add_mesh(rim, color=CONTACT, line_width=8, lighting=False)
     return (0.0, 0.0, -0.36), 1.32
