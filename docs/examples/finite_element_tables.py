@@ -26,6 +26,7 @@ import roughline
 from comparisons.questions.benchmarks import fem as fem_benchmark
 from reference.closed_form import ellipsoid
 from reference.contact import press as unilateral
+from reference.elasticity import largest_shear
 from reference.fem import (
     Enforcement,
     Material,
@@ -223,10 +224,11 @@ def depth_profile(elements: int, nu: float = 0.3) -> tuple[float, float, float]:
     fields = recover(fitted, step.reactions)
     axis = np.flatnonzero((np.abs(fields.points[:, :2]) < 1e-12).all(axis=1))
     axis = axis[np.argsort(fields.points[axis, 2])]
-    top = int(np.argmax(fields.largest_shear[axis]))
+    shear = largest_shear(fields.stress)
+    top = int(np.argmax(shear[axis]))
     near = axis[top - 1 : top + 2]
     z = fields.points[near, 2] / fitted.length
-    parabola = np.polyfit(z, fields.largest_shear[near], 2)
+    parabola = np.polyfit(z, shear[near], 2)
     depth = -parabola[1] / (2.0 * parabola[0])
     peak = 2.0 * fitted.effective_modulus / np.pi / fitted.length * step.penetration
     mises = np.polyval(np.polyfit(z, fields.von_mises[near], 2), depth)

@@ -13,22 +13,16 @@ from reduced.rough.line_spectrum import LineSpectrum, synthesise
 from reduced.rough.press import LineContact, RoughLines, press
 
 QUANTITIES = tuple(field.name for field in fields(LineContact))
-LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
-"""Levels of the quantiles."""
 
 _MEMORY = 2**26  # bytes of lines that are pressed at once
 
 
 @dataclass(frozen=True)
 class Statistics:
-    """Statistics of one quantity over m realisations, by load (k,).
-
-    The standard error is s/sqrt(m), 0 for a single one; quantiles (levels, k) are at `LEVELS`.
-    """
+    """Mean of one quantity over m realisations by load (k,); its error s/sqrt(m), 0 for one."""
 
     mean: np.ndarray
     standard_error: np.ndarray
-    quantiles: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -46,7 +40,7 @@ class Ensemble:
         error = (
             values.std(axis=0, ddof=1) / np.sqrt(count) if count > 1 else np.zeros(len(values.T))
         )
-        return Statistics(values.mean(axis=0), error, np.quantile(values, LEVELS, axis=0))
+        return Statistics(values.mean(axis=0), error)
 
 
 def stream(seed: int, line: int) -> np.random.Generator:
@@ -97,8 +91,8 @@ def press_ensemble(
     >>> from reduced.rough.surface_spectrum import SelfAffineLaw
     >>> line = prescribed(64, 1.0, SelfAffineLaw(hurst=0.8, rms_slope=0.1))
     >>> pressed = press_ensemble(RandomLines(line, 256, 20), 1.0, Load("force", [1e-4, 1e-3]))
-    >>> pressed["contact_area"].mean.shape, pressed["contact_area"].quantiles.shape
-    ((2,), (5, 2))
+    >>> pressed["contact_area"].mean.shape
+    (2,)
     """
     unknown = [name for name in quantities if name not in QUANTITIES]
     if unknown:

@@ -19,8 +19,8 @@ from reduced.rough import walk as line_walk
 from reduced.rough.walk import Ends, walk
 
 PENETRATION, FORCE, MEAN_GAP = range(3)
-PENETRATIONS, FORCES, AREAS, LENGTHS, LONGESTS, GAPS, ENERGIES, STIFFNESSES = range(8)
-FIELDS = 8
+PENETRATIONS, FORCES, AREAS, LENGTHS, GAPS, ENERGIES, STIFFNESSES = range(7)
+FIELDS = 7
 CONVERGED = 1e-12  # relative step, limited by rounding of Phi
 _FINISHED, _AGREED = 5e-14, 1e-13
 # Steps after which the next would be negligible: third order with cut cells, else second. The walk
@@ -61,8 +61,8 @@ def press_lines(
         Units of the fields.
     fields, counts : ndarray, shape (FIELDS, all, k) and (all, k)
         The rows of the m lines are filled: penetrations, forces (E* dx is their unit), sums of
-        squared contact lengths, contact lengths, longest contacts, mean gaps, energies (E* dx) and
-        contact lengths once more, for the stiffness; and the numbers of contacts.
+        squared contact lengths, contact lengths, mean gaps, energies (E* dx) and contact lengths
+        once more, for the stiffness; and the numbers of contacts.
     """
     lines, n, k = orders.shape[0], heights.shape[1], goals.size
     steps = np.zeros(lines)
@@ -118,7 +118,6 @@ def press_lines(
             fields[FORCES, row, to] = units[FORCES] * force
             fields[AREAS, row, to] = units[AREAS] * contact[j, line_walk.SQUARES]
             fields[LENGTHS, row, to] = units[LENGTHS] * length
-            fields[LONGESTS, row, to] = units[LONGESTS] * contact[j, line_walk.LONGEST]
             fields[GAPS, row, to] = units[GAPS] * gap
             fields[ENERGIES, row, to] = units[ENERGIES] * contact[j, line_walk.ENERGY]
             fields[STIFFNESSES, row, to] = units[STIFFNESSES] * length

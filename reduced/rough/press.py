@@ -77,8 +77,8 @@ class LineContact:
         F = E* int (h - z)_+ dx on the whole line, springs of stiffness E* dx (19.14).
     contact_area : ndarray
         A = (pi/4) sum l_j^2 over the connected contacts (19.29); (pi/4) L^2 for full contact.
-    contact_length, contact_count, longest_contact : ndarray
-        sum l_j, their number, max l_j.
+    contact_length, contact_count : ndarray
+        sum l_j, their number.
     mean_gap : ndarray
         Mean of the open gap (z - h)_+ over the line.
     stiffness, energy : ndarray
@@ -90,7 +90,6 @@ class LineContact:
     contact_area: np.ndarray
     contact_length: np.ndarray
     contact_count: np.ndarray
-    longest_contact: np.ndarray
     mean_gap: np.ndarray
     stiffness: np.ndarray
     energy: np.ndarray
@@ -125,7 +124,7 @@ def press(
     stiff, cell = effective_modulus * lines.spacing, lines.spacing
     goals = loads / stiff if control == "force" else loads
     squares = np.pi / 4 * cell * cell
-    units = np.array([1.0, stiff, squares, cell, cell, 1.0, stiff, stiff])
+    units = np.array([1.0, stiff, squares, cell, 1.0, stiff, stiff])
     fields = np.empty((inversion.FIELDS, heights.shape[0], loads.size))
     counts = np.empty(fields.shape[1:], np.int64)
     ends = Ends(edges == "sub_cell", bool(lines.periodic))
@@ -152,5 +151,5 @@ def press(
             list(pool.map(press_rows, blocks))
     if control != "penetration":
         fields[inversion.FORCES if control == "force" else inversion.GAPS] = loads
-    penetration, force, area, length, longest, gap, energy, stiffness = fields
-    return LineContact(*(penetration, force, area, length, counts, longest, gap, stiffness, energy))
+    penetration, force, area, length, gap, energy, stiffness = fields
+    return LineContact(penetration, force, area, length, counts, gap, stiffness, energy)

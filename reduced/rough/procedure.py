@@ -11,7 +11,7 @@ from reduced.loads import Load
 from reduced.rough.ensemble import Ensemble, RandomLines, press_ensemble
 from reduced.rough.line_spectrum import LineSpectrum, SumRules, line_of, sum_rules
 from reduced.rough.regions import line_stress
-from reduced.rough.surface_spectrum import RadialAverage, SurfaceSpectrum
+from reduced.rough.surface_spectrum import SurfaceSpectrum
 
 
 @dataclass(frozen=True)
@@ -42,9 +42,8 @@ class Procedure:
     """Results of section 19.7 for one variant; k loads."""
 
     variant: Variant
-    # steps 2 and 3: the spectrum of the map, its radial average, the line's spectrum, sum rules
+    # steps 2 and 3: the spectrum of the map, the line's spectrum, sum rules
     surface: SurfaceSpectrum
-    radial: RadialAverage
     line: LineSpectrum
     sums: SumRules
     ensemble: Ensemble  # step 7: force, area, length, ... of all lines at all loads
@@ -107,7 +106,7 @@ def calculate(
             total[step] += stress.valid.size
     area = ensemble.samples["contact_area"]
     return Procedure(
-        *(variant, surface, surface.radial_average(), line, sum_rules(surface, line), ensemble),
+        *(variant, surface, line, sum_rules(surface, line), ensemble),
         contact_sizes=tuple(map(np.concatenate, sizes)),
         pressures=tuple(map(np.concatenate, pressures)),
         undefined_share=1 - valid / total,

@@ -25,18 +25,15 @@ ROUNDING = 1e-7
 
 @dataclass(frozen=True)
 class RadialAverage:
-    """C2D over circles: mean, number and spread of the modes by ring, shape (m,).
+    """C2D over circles: mean and number of the modes by ring, shape (m,).
 
     Ring k = 1 ... m holds the modes nearest to q_k = 2 pi k/L, L the longer side; those midway
-    between two rings count half in both. The density of an empty ring is 0. The spread is the
-    standard deviation of C2D within the ring: about the mean for a measured map (a periodogram does
-    not average out), otherwise due to the anisotropy and the width of the ring.
+    between two rings count half in both. The density of an empty ring is 0.
     """
 
     wavenumber: np.ndarray
     density: np.ndarray
     count: np.ndarray
-    spread: np.ndarray
 
 
 class Spectrum(ABC):
@@ -115,11 +112,10 @@ class SurfaceSpectrum(Spectrum):
         return np.stack([inner, inner + midway])
 
     def ring_sums(self, values: np.ndarray) -> np.ndarray:
-        """Return sums of values over rings 0, 1, 2, ...; values (2, nx ny) match `rings`."""
-        rings = self.rings
-        count = int(rings.max()) + 1
-        inner, outer = np.broadcast_to(values.reshape(-1, rings.shape[1]), rings.shape)
-        return 0.5 * (np.bincount(rings[0], inner, count) + np.bincount(rings[1], outer, count))
+        """Return sums of values (nx ny,) over rings 0, 1, 2, ..."""
+        inner, outer = self.rings
+        count, values = int(outer.max()) + 1, values.ravel()
+        return 0.5 * (np.bincount(inner, values, count) + np.bincount(outer, values, count))
 
     def radial_average(self) -> RadialAverage:
         """Return C2D averaged over rings of width 2 pi/L (step 3 of the chapter's Problem 1).
@@ -131,11 +127,9 @@ class SurfaceSpectrum(Spectrum):
         """
         density = self.density.ravel()
         count = self.ring_sums(np.ones_like(density))
-        safe = np.maximum(count, 0.5)
-        mean = self.ring_sums(density) / safe
-        spread = np.sqrt(self.ring_sums((density - mean[self.rings]) ** 2) / safe)
+        mean = self.ring_sums(density) / np.maximum(count, 0.5)
         wavenumber = 2 * np.pi / self.length * np.arange(1, count.size)
-        return RadialAverage(wavenumber, mean[1:], count[1:], spread[1:])
+        return RadialAverage(wavenumber, mean[1:], count[1:])
 
     def mean_square(self, order: int) -> float:
         """Sum over all modes."""

@@ -17,11 +17,11 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-FORCE, LENGTH, SQUARES, COUNT, LONGEST, ENERGY = range(6)
+FORCE, LENGTH, SQUARES, COUNT, ENERGY = range(5)
 # Per level: the beginning of the current contact, its extent beyond that point, and the number,
 # heights and squares of the whole cells counted at this level.
-_BEGIN, _REACH, _CELLS, _TOTAL, _SQUARE = range(6, 11)
-ROOM = 11
+_BEGIN, _REACH, _CELLS, _TOTAL, _SQUARE = range(5, 10)
+ROOM = 10
 
 
 class Ends(NamedTuple):
@@ -55,9 +55,9 @@ def walk(
     levels : ndarray, shape (k,)
         Non-decreasing penetrations.
     out : ndarray, shape (k + 1, ROOM)
-        Output in the first six numbers of the first k rows: force over E* dx, contact
-        length, sum of squared contact lengths, number of contacts, longest contact (lengths in dx),
-        energy over E* dx. Values for one edge are adjacent; the rest is workspace.
+        Output in the first five numbers of the first k rows: force over E* dx, contact
+        length, sum of squared contact lengths, number of contacts (lengths in dx), energy over
+        E* dx. Values for one edge are adjacent; the rest is workspace.
     """
     n, k = depth.size, levels.size
     sub_cell, periodic = ends
@@ -166,5 +166,3 @@ def _close(out, level, length):
     out[level, LENGTH] += length
     out[level, SQUARES] += length * length
     out[level, COUNT] += 1.0
-    if length > out[level, LONGEST]:
-        out[level, LONGEST] = length

@@ -69,16 +69,14 @@ class SlidingHistory:
     period: float
     spacing: float
 
-    def last(self, way: float | None = None) -> slice:
-        """Return the steps of the last distance, by default one period of the line."""
-        way = self.period if way is None else way
-        return slice(
-            int(np.searchsorted(self.distance, self.distance[-1] - way * (1 - 1e-9))), None
-        )
+    def last(self) -> slice:
+        """Return the steps of the last period of the line."""
+        begin = self.distance[-1] - self.period * (1 - 1e-9)
+        return slice(int(np.searchsorted(self.distance, begin)), None)
 
-    def friction_coefficient(self, way: float | None = None) -> np.ndarray:
-        """Return the mean F_x over the mean F in the last distance (steps 13, 14), shape (m,)."""
-        part = self.last(way)
+    def friction_coefficient(self) -> np.ndarray:
+        """Return the mean F_x over the mean F in the last period (steps 13, 14), shape (m,)."""
+        part = self.last()
         return self.tangential_force[:, part].mean(axis=1) / self.force[:, part].mean(axis=1)
 
     def energy_error(self) -> np.ndarray:
@@ -342,22 +340,18 @@ class PrintedSliding:
     contact_count: np.ndarray
     # springs in tension after the shift of the level, as the contact set is that of the old one
     tensile_count: np.ndarray
-    # G dt/eta = dx/(v tau) of the explicit relaxation: free springs overshoot the level above
-    # 1 and diverge above 2
-    relaxation_number: float
     force: float  # F_N, met by construction
 
-    def friction_coefficient(self, steps: int | None = None) -> float:
-        """Return step 14: mean of F_x/F_N over the last steps; the print includes the transient.
+    def friction_coefficient(self) -> float:
+        """Return step 14: mean of F_x/F_N over all steps, the transient included as printed.
 
         Raises ConvergenceError if no step was completed.
         """
-        part = self.tangential_force[-steps:] if steps else self.tangential_force
-        if part.size == 0:
+        if self.tangential_force.size == 0:
             raise ConvergenceError(
                 f"the printed scheme ended before its first step: {self.outcome}"
             )
-        return float(part.mean() / self.force)
+        return float(self.tangential_force.mean() / self.force)
 
 
 def slide_as_printed(
@@ -389,6 +383,7 @@ def slide_as_printed(
     refuse(wrong + kelvin_voigt_faults(material))
     heights, spacing, shear_modulus = line.single(), line.spacing, material.long_term
     start = 3 * float(np.sqrt(np.mean(heights**2))) if level is None else float(level)
+    # G dt/eta of the explicit relaxation: free springs overshoot the level above 1, diverge above 2
     number = shear_modulus * spacing / (speed * material.viscosity)
     unit = _SPRING * shear_modulus * spacing
     rows = np.zeros((5, int(steps)))
@@ -402,7 +397,6 @@ def slide_as_printed(
         level=rows[_PRINTED_LEVEL],
         contact_count=rows[_PRINTED_COUNT].astype(np.int64),
         tensile_count=rows[_PRINTED_TENSILE].astype(np.int64),
-        relaxation_number=number,
         force=float(force),
     )
 

@@ -58,8 +58,6 @@ def bounded(vertices: Sequence[tuple[float, float]], cells: tuple[int, int]) -> 
     The vertices go counterclockwise about an origin from which all of the outline is seen; from
     there to the edge there are so many elements of the upper and cells of the lower bound, from 2.
 
-    Examples
-    --------
     >>> square = bounded([(1, -1), (1, 1), (-1, 1), (-1, -1)], (5, 6))
     >>> 2 * 1.1523 in square, square.width < 0.005
     (True, True)
@@ -84,8 +82,6 @@ def enclosed(vertices: Sequence[tuple[float, float]], cells: tuple[int, int]) ->
     faces by the order of sets: not above that of the convex hull, which holds the face, and not
     below ellipses that press together on it, nor the circle of its area.
 
-    Examples
-    --------
     >>> u_shape = [(0, 0), (3, 0), (3, 3), (2, 3), (2, 1), (1, 1), (1, 3), (0, 3)]
     >>> stiffness = enclosed(u_shape, (5, 6))
     >>> square = bounded([(1.5, -1.5), (1.5, 1.5), (-1.5, 1.5), (-1.5, -1.5)], (5, 6))

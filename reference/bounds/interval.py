@@ -38,8 +38,6 @@ class Interval:
     Sides in the wrong order, or that are no numbers, raise ValueError: then one of the two
     computations that they come from is wrong.
 
-    Examples
-    --------
     >>> hertz = Interval(1.33332, 1.33334)
     >>> 4 / 3 in hertz, round(hertz.width, 7)
     (True, 1.5e-05)
@@ -101,8 +99,6 @@ def inverse(value: float, below: Side, above: Side, start: float, power: float =
     and only what they prove is taken. If no upper end is reached, the lower bound proves nothing:
     ArithmeticError.
 
-    Examples
-    --------
     >>> x = inverse(8.0, lambda x: 0.99 * x**3, lambda x: 1.01 * x**3, 1.0)
     >>> 2.0 in x, round(x.width, 3)
     (True, 0.011)
@@ -183,8 +179,6 @@ def first_kind_above(x: Array, y: Array, z: Array) -> Array:
     quarter of each argument (DLMF 19.26.18); as it falls with each of them, it is not above the
     inverse root of the least. The arguments may err by eight roundings.
 
-    Examples
-    --------
     >>> float(first_kind_above(np.array(4.0), np.array(4.0), np.array(4.0)).round(12))
     0.5
     """

@@ -156,8 +156,6 @@ def minorant(profile: ConvexGap, radii: Array) -> Array:
     coefficients of a piece are f(r1), b, f(r2) with b = f(r2) - f'(r2) h/2 or f(r1) + f'(r1) h/2.
     Radii (n + 1,) increase; the profile's corners are among them.
 
-    Examples
-    --------
     >>> minorant(paraboloid(0.5), np.array([0.0, 1.0, 2.0])).tolist()
     [0.0, 0.0, 1.0, 2.0, 4.0]
     """
@@ -176,8 +174,6 @@ def energy(
 ) -> Interval:
     """Elastic energy, the integral of the force over the penetration, between proved bounds.
 
-    Examples
-    --------
     >>> stored = energy(paraboloid(1.0), 0.01, 1.0, cells=12)
     >>> 8 / 15 * 0.01**2.5 in stored, stored.width < 3e-5
     (True, True)
@@ -198,8 +194,6 @@ def force(
     grows with d (Barber 1974), so that dF/dd grows and F is convex, not above its mean over
     [d - h, d + h]:  F(d) <= [U(d + h) - U(d - h)]/(2 h).
 
-    Examples
-    --------
     >>> pressed = force(sphere(1.0), 0.01, 1.0)
     >>> pressed.width < 1e-4
     True
@@ -240,8 +234,6 @@ def stiffness(profile: ConvexGap, penetration: float, effective_modulus: float) 
     left and from the right. And as the gap at the contact's edge is zero, a small step moves all of
     it by the same: it is a flat punch.
 
-    Examples
-    --------
     >>> k = stiffness(paraboloid(1.0), 0.01, 1.0)
     >>> 2 * 0.1 in k, k.width < 1e-4
     (True, True)
@@ -277,8 +269,6 @@ def penetration(
     Not above any d whose best circle carries the force. And as F is convex and starts at zero,
     F(t d) <= t F(d) for t < 1: not below t d where t is the force over the upper bound of F(d).
 
-    Examples
-    --------
     >>> hertz = (0.75 * 1e-6) ** (2 / 3)
     >>> depth = penetration(sphere(1.0), 1e-6, 1.0)
     >>> round(depth.middle / hertz, 3), depth.width < 1e-4
@@ -323,8 +313,6 @@ def heaviest(profile: ConvexGap, effective_modulus: float) -> float:
 def disc_stiffness(radius: float, effective_modulus: float, *, cells: int = CELLS) -> Interval:
     """Stiffness of a flat circular punch, 2 E* a, between proved bounds; k = 2 U/d^2.
 
-    Examples
-    --------
     >>> stiffness = disc_stiffness(1.0, 1.0)
     >>> 2.0 in stiffness, stiffness.width < 1e-4
     (True, True)

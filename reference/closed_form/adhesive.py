@@ -42,8 +42,6 @@ class AdhesiveForm:
 
     `form` is the contact without adhesion, round; `source` that of the adhesive solution.
 
-    Examples
-    --------
     Pull-off at -(3/2) pi w R of a ball, at -sqrt(8 pi E* w b^3) of a flat punch:
 
     >>> from reference.closed_form import cylinder, paraboloid

@@ -83,9 +83,6 @@ class ClosedForm:
     by_radius: ByRadius | None = None
     # {"edge", "centre", None}: Location of infinite pressure, if any. The force is always finite.
     singular_at: Literal["edge", "centre"] | None = None
-    # semi-axes along x and y of the ellipse on which the pressure is infinite: comparisons of
-    # pressures omit points near it, see `relative_radius`
-    singular_edge: tuple[float, float] | None = None
     # largest penetration for which the formulas hold, and why
     limit: float = math.inf
     limit_reason: str = ""

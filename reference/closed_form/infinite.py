@@ -62,8 +62,6 @@ class Westergaard:
     stiffness of the row of flat strips, dp/d(penetration) = -pi E*/(2 l ln sin(psi_a)). In full
     contact the pressure is p + p* cos(2 psi).
 
-    Examples
-    --------
     >>> wave = Westergaard(amplitude=0.01, wavelength=1.0, effective_modulus=1.0)
     >>> round(float(wave.contact_fraction(0.5 * wave.full_contact_pressure)), 12)
     0.5

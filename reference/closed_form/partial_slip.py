@@ -73,8 +73,6 @@ class PartialSlip:
     Exact for bodies of revolution. The `friction` is mu, the `modulus_ratio` G*/E*,
     2 (1 - nu)/(2 - nu) for one elastic body on a rigid one.
 
-    Examples
-    --------
     Cattaneo-Mindlin: c = a (1 - F_x/(mu F))^(1/3).
 
     >>> from reference.closed_form import paraboloid
@@ -212,8 +210,6 @@ class Torsion:
     `friction` is mu, the `shear_modulus` G that of the half-space under a rigid body, or
     1/G = 1/G1 + 1/G2 of two.
 
-    Examples
-    --------
     A ball that sticks in half its radius: b = mu p0/(2 G) [K(k) - E(k)], k^2 = 1 - (c/a)^2.
 
     >>> from reference.closed_form import paraboloid

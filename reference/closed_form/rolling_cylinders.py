@@ -26,8 +26,6 @@ class Carter:
     curvatures. Exact without coupling of normal and tangential displacements: bodies of equal
     constants, or nu = 1/2.
 
-    Examples
-    --------
     CONTACT's example: a 1 mm, R 500 mm, mu 0.3, and a strip of 0.6 a that sticks.
 
     >>> cylinder = Carter(1.0, 500.0, 0.3)

@@ -48,7 +48,6 @@ class Peaks:
 
     density: float  # maxima per area, or per length
     mean_curvature: float  # mean of the curvature: (kappa1 + kappa2)/2 of a surface, -h'' of a line
-    gaussian_curvature: float  # mean of kappa1 kappa2; of a line the mean square of -h''
     # mean of the Gaussian radius 1/sqrt(kappa1 kappa2); of a line the mean of 1/(-h'')
     mean_radius: float
 
@@ -68,7 +67,6 @@ def line_peaks(slope_moment: float, curvature_moment: float) -> Peaks:
     return Peaks(
         density=math.sqrt(curvature_moment / slope_moment) / (2 * math.pi),
         mean_curvature=mean,
-        gaussian_curvature=2 * curvature_moment,
         mean_radius=mean / curvature_moment,
     )
 
@@ -89,7 +87,6 @@ def surface_peaks(slope_moment: float, curvature_moment: float) -> Peaks:
     return Peaks(
         density=curvature_moment / slope_moment / (6 * math.sqrt(3) * math.pi),
         mean_curvature=root * float(np.sum(weight * total / 2)),
-        gaussian_curvature=curvature_moment * float(np.sum(weight * product)),
         mean_radius=float(np.sum(weight / np.sqrt(product))) / root,
     )
 
@@ -413,8 +410,6 @@ class PerssonXu(WaveRings):
     and the elastic energy per area is U = int A dW/q, as the code that was published with it has
     it. The mean gap follows from dU = -p dgap.
 
-    Examples
-    --------
     At light loads the area is that of Persson over sqrt(gamma):
 
     >>> rings = np.array([1.0, 10.0]), np.array([1.0, 0.01])

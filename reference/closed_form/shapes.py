@@ -272,7 +272,6 @@ def cylinder(radius: float, effective_modulus: float) -> ClosedForm:
         radius_of=lambda d: np.full_like(d, a)[()],
         by_radius=ByRadius("Kendall 1971", zero, zero, zero, lambda _: a, smallest=a, largest=a),
         singular_at="edge",
-        singular_edge=(a, a),
     )
 
 
@@ -473,5 +472,4 @@ def elliptic_punch(semi_axis_x: float, semi_axis_y: float, effective_modulus: fl
         axes_of=lambda d: (np.full_like(d, half_x)[()], np.full_like(d, half_y)[()]),
         stiffness_of=lambda d: np.full_like(d, stiffness)[()],
         singular_at="edge",
-        singular_edge=(half_x, half_y),
     )

@@ -27,8 +27,6 @@ class WornPunch:
     transforms are Bessel functions, K is a table of Weber and Schafheitlin's integrals, and the
     first polynomial alone carries force.
 
-    Examples
-    --------
     The uniform pressure of the end is as if the half-space were softer by 32/(3 pi^2):
 
     >>> punch = WornPunch(1.0, 1.0, 1.0)
@@ -116,8 +114,6 @@ class FrettingLimit:
     The unworn `form` is pressed by the penetration d; `lag` is G* U/(mu E*) < d, U the amplitude,
     else all of the contact slips. The circle of the `stick_radius` c stays unworn.
 
-    Examples
-    --------
     A parabola g = x^2 pressed by 1 that sticks up to c = 1/2:
 
     >>> from reference.closed_form import paraboloid

@@ -308,8 +308,6 @@ def tensor(
     still: its kinetic energy -rho V^2 |dx(u)|^2/2 belongs to the stationary frame (Nackenhorst
     2004). Below the square of Rayleigh's speed over that of shear waves, 0.76 at nu = 0.
 
-    Examples
-    --------
     Shear along a wave of 32 cells is softer than across it by 1 - nu:
 
     >>> waves = (np.array([2 * np.pi / 32, 0.0]), np.array([0.0, 2 * np.pi / 32]))

@@ -252,14 +252,7 @@ def expand(system: LinearSystem, fronts: list[Front | Shift], retained_values: A
     """
     values = np.zeros(system.first + system.boundary.shape[1])
     values[system.retained] = retained_values
-    for front in reversed(fronts):
-        if isinstance(front, Shift):
-            values[front.shifted] += values[front.base]
-            continue
-        coupled = front.coupling @ values[front.remaining]
-        values[front.eliminated] = -front.sign * solve_triangular(
-            front.factor, coupled, lower=True, trans="T", check_finite=False
-        )
+    backward(fronts, values)
     return np.concatenate([values[: system.first], system.boundary @ values[system.first :]])
 
 
@@ -280,8 +273,11 @@ def forward(fronts: list[Front | Shift], loads: Array) -> None:
 def backward(fronts: list[Front | Shift], values: Array) -> None:
     """Replace eliminated loads by displacements, where those of the retained unknowns are known."""
     for front in reversed(fronts):
-        assert isinstance(front, Front)
-        left = values[front.eliminated] - front.coupling @ values[front.remaining]
+        if isinstance(front, Shift):
+            values[front.shifted] += values[front.base]
+            continue
+        coupled = front.coupling @ values[front.remaining]
+        left = values[front.eliminated] - front.sign * coupled
         values[front.eliminated] = solve_triangular(
             front.factor, left, lower=True, trans="T", check_finite=False
         )

@@ -23,7 +23,6 @@ from reference.elasticity import (
     LARGEST_POISSON_RATIO,
     Material,
     lame_parameters,
-    largest_shear,
     von_mises,
 )
 from reference.errors import choice_faults, refuse
@@ -156,11 +155,6 @@ class CondensedBody:
     def weights(self) -> Array:
         """Tributary areas (n,) of the candidates, of the meshed part."""
         return self.scaled_weights * self.length * self.length
-
-    @cached_property
-    def compliance(self) -> Array:
-        """Normal displacements (n, n) for unit nodal forces on the meshed part."""
-        return self.scaled_compliance / (self.youngs_modulus * self.length)
 
     @property
     def spacing(self) -> float:
@@ -385,9 +379,7 @@ class Fields:
     cells: NDArray[np.int64]
     displacement: Array  # (m, 3)
     stress: Array  # (m, 6), xx, yy, zz, yz, xz, xy; tension positive
-    # (m,), the latter is half the difference of the extreme principal stresses
-    von_mises: Array
-    largest_shear: Array
+    von_mises: Array  # (m,)
 
 
 def recover(body: CondensedBody, reactions: ArrayLike) -> Fields:
@@ -470,5 +462,4 @@ def recover(body: CondensedBody, reactions: ArrayLike) -> Fields:
         displacement=displacement * body.length,
         stress=stress,
         von_mises=von_mises(stress),
-        largest_shear=largest_shear(stress),
     )

@@ -311,8 +311,6 @@ def moment_radius(second: float, fourth: float) -> float | None:
     ``f = c r^4`` (Johnson 1985, sec. 5.3), ``a^2 = (7 <r^2> - sqrt(49 <r^2>^2 - 63/2 <r^4>)) / 2``.
     None if such a pressure cannot have these means.
 
-    Examples
-    --------
     Hertz's pressure of radius one:
 
     >>> round(moment_radius(2.0 / 5.0, 8.0 / 35.0), 12)

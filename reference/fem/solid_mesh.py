@@ -361,8 +361,6 @@ def contact_nodes(mesh: SolidMesh, surface: NDArray[np.int64]) -> NDArray[np.int
 def free_motions(points: NDArray[np.float64], fixed: NDArray[np.bool_]) -> list[str]:
     """Return the names of unsupported rigid motions, empty if the body is held.
 
-    Examples
-    --------
     A body held along z at the bottom can still slide and rotate:
 
     >>> corners = np.array([[0.0, 0, 1], [1, 0, 1], [0, 1, 1]])

@@ -57,8 +57,6 @@ SMALLEST = 3.0
 class SoftFit:
     """Hamrock & Dowson's film of a soft ball.
 
-    Examples
-    --------
     >>> ball = SoftFit(radius=0.01, effective_modulus=1e6, viscosity=1.0, load=0.2)
     >>> round(1e6 * ball.central(1e-4), 1), ball.covers(1e-4)
     (0.7, True)
@@ -167,8 +165,6 @@ def effective_medium_factor(gaps: ArrayLike) -> float:
 
     Gaps are those of areas of one size, in any unit; zero in contact.
 
-    Examples
-    --------
     Half closed is closed; without contact the mean is between those of h^-3 and of h^3.
 
     >>> effective_medium_factor([0.0, 1.0])

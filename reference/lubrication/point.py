@@ -58,8 +58,6 @@ class SurfaceWaves:
 
     All of shape (n,), k and m in radians per length; exact at every point of any grid.
 
-    Examples
-    --------
     >>> float(waviness(1e-6, 1e-3).at(np.zeros((1, 1)), np.zeros((1, 1)))[0, 0])
     1e-06
     """
@@ -183,8 +181,6 @@ def entrain(ball: Ball, speed: float, resolution: int) -> PointFilm:
     rigid, on coarse cells; finer ones start from the coarse film. The ball must be large beside the
     contact.
 
-    Examples
-    --------
     >>> soft = Ball(radius=0.01, effective_modulus=1e6, viscosity=1.0, load=0.2)
     >>> film = entrain(soft, 1e-2, 8)
     >>> round(1e6 * film.film_central, 1)

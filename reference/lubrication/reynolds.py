@@ -387,8 +387,6 @@ def rigid_cylinder(resolution: int) -> LineFilm:
 
     On so many cells per sqrt(2 R h0), and as far as a thousand of these lengths to either side.
 
-    Examples
-    --------
     >>> film = rigid_cylinder(32)
     >>> round(film.load, 2), round(film.rupture, 2)
     (4.9, 0.47)

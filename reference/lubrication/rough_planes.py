@@ -60,8 +60,6 @@ def plane_flow(gap: ArrayLike, spacing: tuple[float, float] = (1.0, 1.0)) -> Pla
 
     The gap has at least 3 cells along both axes; it is zero in contact.
 
-    Examples
-    --------
     Stripes along the flow, of gaps 1 and 3: the mean of the cubes is 14, the cube of the mean 8.
 
     >>> stripes = np.ones((4, 1)) * np.array([1.0, 1.0, 3.0, 3.0])

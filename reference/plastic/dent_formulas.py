@@ -39,8 +39,6 @@ def yield_pressure(poisson_ratio: float) -> float:
     sigma_r = -sigma_t = (1 - 2 nu) p0/3, von Mises' (1 - 2 nu)/sqrt(3) p0: the larger one below
     nu = -0.4. -1 < nu <= 1/2.
 
-    Examples
-    --------
     >>> round(yield_pressure(0.3), 4)
     1.6128
     """
@@ -60,8 +58,6 @@ def yield_depth(radius: float, effective_modulus: float, pressure: float) -> flo
 
     d = (pi p0/(2 E*))^2 R; with p0 of first yield (`yield_pressure`), that of first yield.
 
-    Examples
-    --------
     >>> round(yield_depth(2.0, np.pi / 2, 0.1), 12)
     0.02
     """
@@ -77,8 +73,6 @@ def elliptic_yield_pressure(poisson_ratio: float, slenderness: float) -> float:
     is the larger one below slender ellipses of a small nu. The rim stays below both. For
     0 <= nu < 1/2 and a slenderness b/a from 0.001 to 1.
 
-    Examples
-    --------
     Of a circle that of `yield_pressure`, and at last of a cylinder, 0.558 p0:
 
     >>> round(elliptic_yield_pressure(0.3, 1.0), 4)
@@ -168,8 +162,6 @@ def kogut_etsion(ball: FlattenedBall) -> Fit:
 
     p0 at first yield K H, K = 0.454 + 0.41 nu, H = 2.8 Y (Tabor 1951). Below w = 1 Hertz.
 
-    Examples
-    --------
     >>> fit = kogut_etsion(FlattenedBall(1.0, 1.0, 0.3, 1e-3))
     >>> fit.force(np.array([1.0, 10.0])).round(2)
     array([ 1.  , 25.65])
@@ -196,8 +188,6 @@ def jackson_green(ball: FlattenedBall) -> Fit:
     p0 at first yield C Y, C = 1.295 exp(0.736 nu); Hertz up to w = 1.9; H_G/Y =
     2.84 - 0.92 (1 - cos(pi a/R)) falls with the contact.
 
-    Examples
-    --------
     >>> fit = jackson_green(FlattenedBall(1.0, 1.0, 0.3, 1e-3))
     >>> fit.force(np.array([1.0])).tolist()
     [1.0]
@@ -230,8 +220,6 @@ def cavity_pressure(strain: ArrayLike, poisson_ratio: float) -> Array:
     p_m/Y = (2/3) (2 + ln((E a/(Y R) + 4 (1 - 2 nu))/(6 (1 - nu)))), `strain` being E a/(Y R) of a
     rigid ball.
 
-    Examples
-    --------
     >>> round(float(cavity_pressure(40.0, 0.5)), 2)
     3.06
     """
@@ -248,8 +236,6 @@ def thornton_restitution(speed: ArrayLike) -> Array:
     l = 2/5 + (w - 1) + (3/4)(w - 1)^2, in units of first yield; (v/v_y)^2 = (5/2) l, and of it
     e^2 = (2/5) f^2/(sqrt(w) l) is given back: 1.18 (v_y/v)^(1/4) at last.
 
-    Examples
-    --------
     >>> thornton_restitution([0.5, 1.0, 1e4]).round(4).tolist()
     [1.0, 1.0, 0.1185]
     """
@@ -269,8 +255,6 @@ def johnson_restitution(energy: ArrayLike, softness: float, hardness: float = 3.
     given back: e^2 = (6 pi/5) (p/E*) (R/a), 3.7 (Y/E*)^(1/2) (W/(Y R^3))^(-1/8) at p = 3 Y.
     `energy` is W/(Y R^3), `softness` Y/E*, `hardness` p/Y.
 
-    Examples
-    --------
     >>> round(float(johnson_restitution(1.0, 1e-4)), 4)
     0.0374
     """

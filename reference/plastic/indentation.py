@@ -75,8 +75,6 @@ def elastic_work(way: float, forces: tuple[float, float]) -> float:
 
     That is exact for a ball on an elastic surface, and nearly so on a dented one.
 
-    Examples
-    --------
     >>> round(elastic_work(1.0, (0.0, 1.0)), 12)
     0.4
     """

@@ -166,8 +166,8 @@ def test_a_mode_midway_between_two_rings_counts_half_in_each():
     assert surface.radial_average().count.sum() == height.size - 1
 
 
-def test_radial_average_counts_modes_and_measures_their_spread():
-    """Rings of an 8 x 8 map by hand: count, mean and standard deviation of (L/2 pi)^2 |B2D|^2."""
+def test_radial_average_counts_modes():
+    """Rings of an 8 x 8 map by hand: count and mean of (L/2 pi)^2 |B2D|^2."""
     height = np.random.default_rng(2).normal(size=(8, 8))
     average = measured(height, 3.0, periodic=True).radial_average()
     k = np.fft.fftfreq(8, 1 / 8)
@@ -176,7 +176,6 @@ def test_radial_average_counts_modes_and_measures_their_spread():
         inside = density[np.abs(np.hypot(k[:, None], k) - number) < 0.5]
         assert average.count[number - 1] == inside.size
         assert average.density[number - 1] == pytest.approx(inside.mean(), rel=1e-12)
-        assert average.spread[number - 1] == pytest.approx(inside.std(), rel=1e-10)
     assert average.count.sum() == 63
     np.testing.assert_allclose(average.wavenumber, 2 * np.pi / 3.0 * np.arange(1, 7))
 

@@ -300,8 +300,7 @@ def test_printed_relaxation_is_unstable_above_two():
         speed = 1 / (512 * number)
         run = printed(line, speed, level=at_rest(line, 1e-2))
         exact = steady(line, KELVIN, speed, 1e-2).friction_coefficient.item()
-        assert_allclose(run.relaxation_number, number)
-        error = abs(run.friction_coefficient(512) / exact - 1)
+        error = abs(run.tangential_force[-512:].mean() / run.force / exact - 1)
         assert error > 5 if unstable else error < 0.05
         assert (run.tensile_count[-512:].mean() > 20) == unstable
 
