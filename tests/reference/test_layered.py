@@ -7,7 +7,6 @@ from scipy.integrate import solve_ivp
 
 from reference.contact.press import press
 from reference.elasticity import Material
-from reference.fem.columns import compliance as column_compliance
 from reference.fem.grid_body import FreeBody, PeriodicBody, sweep
 from reference.halfspace import kernels
 from reference.layered import Graded, LayeredFree, LayeredPeriodic, RoundContact, Stack
@@ -81,28 +80,6 @@ def test_layers_of_one_material_are_a_half_space(nu):
     stack = Stack([1e-3, 0.2, 3.0], [material] * 3, material)
     exact = 2 / (material.effective_modulus * waves)
     np.testing.assert_allclose(stack.compliance(waves), exact, rtol=1e-13)
-
-
-@pytest.mark.parametrize("nu", [0.0, 0.3, 0.5])
-@pytest.mark.parametrize("contrast", [0.1, 1.0, 10.0])
-def test_elements_give_the_same_layers(nu, contrast):
-    """Elements of a 64th of the wave: 1e-5 from the closed form, as for one material."""
-    layers, base = [Material(contrast, nu), STEEL], Material(0.5, 0.2)
-    stack, deep = Stack([4.0, 8.0], layers, base), 600.0
-    columns = Stack([4.0, 8.0, deep], [*layers, base])
-    fine = {"element": "linear", "first": 0.1, "growth": 1.05}
-    q = np.array([2 * np.pi / 128, 2 * np.pi / 64])
-    exact = stack.compliance(q)
-
-    def error(cells):
-        # the cells shrink, the wave stays
-        spacing = 1 / cells, 1.0 / cells
-        waves = q / cells, np.zeros(2)
-        return column_compliance(waves, spacing, columns, **fine) / exact - 1
-
-    coarse, finer = error(1), error(2)
-    # both are of second order in the plane
-    np.testing.assert_allclose((4 * finer - coarse) / 3, 0.0, atol=2e-5)
 
 
 @pytest.mark.parametrize("nu", [-0.3, 0.0, 0.3, 0.5])

@@ -59,15 +59,6 @@ def test_creep_coefficients_are_kalkers(nu, ratio):
     assert_allclose(limit[1:3], known[1:3], rtol=PRINTED)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("nu", "known"), [(0, (3.407, 3.407)), (0.25, (4.126, 3.681)), (0.5, (5.221, 3.996))]
-)
-def test_creep_coefficients_of_a_circle_by_extrapolation(nu, known):
-    """Within 0.5 % of values extrapolated from square cells by another program."""
-    assert_allclose(creep_coefficients(nu, 1.0).limit[:2], known, rtol=5e-3)
-
-
 @pytest.mark.parametrize("ratio", [0.5, 2.0])
 def test_strips_have_the_limit_of_square_cells(ratio):
     """Square cells, of first order and with steps along the outline, are within 0.7 % on 22.

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from reference import closed_form
 from reference.fem.section import press_section
 
 
@@ -40,39 +41,6 @@ def test_in_plane_strain_the_compliance_grows_by_two_over_pi_per_e_fold(poisson_
     assert (high - low) / np.log(100) == pytest.approx(2 / np.pi, rel=2e-4)
 
 
-def boussinesq_energy(radius: float, poisson_ratio: float) -> float:
-    """Energy outside a hemisphere around a point force F = 1, E* = 1: half the work on it.
-
-    Displacements of Johnson (1985), (3.18), in the polar plane; tractions from their numerical
-    gradients (central differences), so that no stress formula of the solver is shared.
-    """
-    nu = poisson_ratio
-    shear = (1 - nu) / 2
-    lame = 2 * shear * nu / (1 - 2 * nu)
-
-    def displacement(r, z):
-        rho = np.hypot(r, z)
-        ur = (r * z / rho**3 - (1 - 2 * nu) * r / (rho * (rho + z))) / (4 * np.pi * shear)
-        return ur, (z * z / rho**3 + 2 * (1 - nu) / rho) / (4 * np.pi * shear)
-
-    nodes, weights = np.polynomial.legendre.leggauss(60)
-    angle = (nodes + 1) * np.pi / 4
-    r, z = radius * np.sin(angle), radius * np.cos(angle)
-    step = 1e-4 * radius
-    d_r = [(p - m) / (2 * step) for p, m in zip(
-        displacement(r + step, z), displacement(r - step, z), strict=True)]  # fmt: skip
-    d_z = [(p - m) / (2 * step) for p, m in zip(
-        displacement(r, z + step), displacement(r, z - step), strict=True)]  # fmt: skip
-    ur, uz = displacement(r, z)
-    trace = d_r[0] + d_z[1] + ur / r
-    s_rr, s_zz = lame * trace + 2 * shear * d_r[0], lame * trace + 2 * shear * d_z[1]
-    s_rz = shear * (d_r[1] + d_z[0])
-    normal = r / radius, z / radius
-    work = (s_rr * normal[0] + s_rz * normal[1]) * ur + (s_rz * normal[0] + s_zz * normal[1]) * uz
-    # outward from the outside region is inward here: the sign
-    return float(-0.5 * (weights * np.pi / 4 * work * 2 * np.pi * r * radius).sum())
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("poisson_ratio", [0.0, 0.3])
 def test_the_energy_far_away_is_that_of_a_point_force(poisson_ratio):
@@ -80,7 +48,7 @@ def test_the_energy_far_away_is_that_of_a_point_force(poisson_ratio):
     rho = 20.0
     contact = press_section(1e4, poisson_ratio, radii=(rho,), elements=16)
     # E* a d^2 is the unit of energy, E* a d of force
-    outside = boussinesq_energy(rho, poisson_ratio) * contact.stiffness**2
+    outside = closed_form.boussinesq_energy(1.0, rho, 1.0, poisson_ratio) * contact.stiffness**2
     assert 1 - contact.energy[0] == pytest.approx(outside / (contact.stiffness / 2), rel=0.005)
 
 

@@ -9,7 +9,7 @@ from comparisons.methods.registry import solver_for
 from comparisons.questions.single import solve_scene
 from comparisons.scene.scene import load_scene
 from comparisons.tasks.task import Task
-from reference.layered import Graded, RoundContact, Stack
+from reference.layered import Graded, Stack
 
 COATING = {"thickness": "2 um", "youngs_modulus": "400 GPa", "poisson_ratio": 0.2}
 BALL = {"shape": "paraboloid", "radius": "100 um"}
@@ -41,43 +41,17 @@ def test_units_and_digests_know_the_layers():
     assert (graded.exponent, graded.depth) == (0.5, 1e-3)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
-    ("method", "control"), [("bem_fft", "penetration"), ("bem_fft", "force"), ("fem", "force")]
+    ("exponent", "indenter"), [(-0.4, BALL), (0.8, {"shape": "cone", "slope": 0.02})]
 )
-@pytest.mark.parametrize(
-    "half_space",
-    [
-        {"layers": [COATING]},
-        {"layers": [COATING | {"youngs_modulus": "1 GPa"}], "thickness": "20 um"},
-        {"thickness": "1 um"},
-        {"thickness": "0.5 um", "poisson_ratio": 0.5},
-    ],
-)
-def test_ball_on_layers_is_the_integral_equation(half_space, method, control):
-    """32 cells per radius: the force within 2e-3, the area within 1 % also where it rises."""
-    made = scene(half_space)
-    contact = RoundContact(elastic_body(made), lambda x: x**2 / 1e-4)
-    exact = contact.at("penetration", 200e-9, 5e-6, 1e-9)
-    if control == "force":
-        made = scene(half_space, loading={"force": [exact.force]})
-    answer = solved(made, method, 32)
-    assert answer["force"][0, -1] == pytest.approx(exact.force, rel=2e-3)
-    assert answer["penetration"][0, -1] == pytest.approx(200e-9, rel=2e-3)
-    area = np.pi * exact.contact_radius**2
-    assert answer["contact_area"][0, -1] == pytest.approx(area, rel=1e-2)
-
-
-@pytest.mark.parametrize("exponent", [-0.4, 0.4, 0.8])
-def test_graded_springs_are_the_graded_half_space(exponent):
+def test_graded_springs_are_the_graded_half_space(exponent, indenter):
     """Hess 2016 is exact under bodies of revolution; the grid has 32 and 64 cells per radius."""
-    for indenter in (BALL, {"shape": "cone", "slope": 0.02}):
-        made = scene({"grading": {"exponent": exponent, "depth": "3 um"}}, indenter=indenter)
-        assert isinstance(elastic_body(made), Graded)
-        springs, grid = solved(made, "reduced", 40), solved(made, "bem_fft", 64)
-        np.testing.assert_allclose(springs["force"], grid["force"], rtol=5e-3)
-        area = np.pi * springs["equivalent_radius"] ** 2
-        np.testing.assert_allclose(area, grid["contact_area"], rtol=2e-2)
+    made = scene({"grading": {"exponent": exponent, "depth": "3 um"}}, indenter=indenter)
+    assert isinstance(elastic_body(made), Graded)
+    springs, grid = solved(made, "reduced", 40), solved(made, "bem_fft", 64)
+    np.testing.assert_allclose(springs["force"], grid["force"], rtol=5e-3)
+    area = np.pi * springs["equivalent_radius"] ** 2
+    np.testing.assert_allclose(area, grid["contact_area"], rtol=2e-2)
 
 
 def test_readings_of_layers():
@@ -161,23 +135,6 @@ def test_flat_circle_on_a_graded_half_space_is_a_limit_of_powers():
     exact, springs = solved(made, "closed_form", 1), solved(made, "reduced", 40)
     np.testing.assert_allclose(springs["force"], exact["force"], rtol=1e-9)
     np.testing.assert_allclose(exact["energy"], exact["force"] * exact["penetration"] / 2)
-
-
-def test_first_yield_lies_below_the_surface():
-    """Hertz: 0.62 p0 at 0.48 a, nu = 0.3; 8 cells per radius, and images 4 patches away."""
-    made = scene({"thickness": "1 m"}, loading={"penetration": ["100 nm"]})
-    geometry, loads = prepare(made)
-    wanted = frozenset({"force", "penetration", "contact_area", "pressure"})
-    task = Task(made, geometry, loads, "fem", 8, quantities=wanted, with_body=True)
-    solution = solver_for("fem", made).solve(task)
-    fields = solution.body_fields()
-    a = np.sqrt(1e-4 * 100e-9)
-    peak = 1.5 * solution.quantities["force"][0, 0] / (np.pi * a**2)
-    at = int(np.argmax(fields["von_mises_highest"]))
-    assert fields["von_mises_highest"][at] == pytest.approx(0.62 * peak, rel=0.05)
-    assert fields["von_mises_depth"][at] == pytest.approx(0.48 * a, rel=0.2)
-    assert fields["mesh_cells"].max() < len(fields["mesh_points"])
-    assert fields["mesh_von_mises"].max() == pytest.approx(fields["von_mises_highest"][at])
 
 
 @pytest.mark.slow
