@@ -7,13 +7,33 @@ add their own rows.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Literal
 
 from comparisons.errors import InputError
 from comparisons.reasons import near
+
+# What is pressed: one body, a rough surface, or what sticks until its cells let go one by one.
+Sort = Literal["single", "rough", "adhesive"]
+
+
+@dataclass(frozen=True)
+class Usual:
+    """The time of a usual solve of a contact or a surface, measured once on an idle machine.
+
+    Half of the seconds at `resolution` are spent on any grid, the other half grow with it.
+    """
+
+    seconds: float = 1.0
+    resolution: int = 1
+    growth: float = 6.0  # when the resolution doubles
+
+    def at(self, resolution: int) -> float:
+        """Return the seconds at a resolution."""
+        doublings = math.log2(resolution / self.resolution)
+        return self.seconds * (1.0 + self.growth**doublings) / 2.0
 
 
 @dataclass(frozen=True)
@@ -32,12 +52,7 @@ class Method:
     # Factor of the work when the resolution doubles: N^2 log N and more iterations for grids, N^5
     # for meshes, N^6 for dense matrices.
     growth: float = 6.0
-    # The time of a usual job of single contacts, measured once, and of one surface (line) of 64
-    # points a side, from a run on a busy machine over how much longer its single contacts took.
-    seconds: float | None = None
-    surface: float | None = None
-    # Of an adhesive contact, over the fourth power of the resolution: cells let go one by one.
-    adhesive: float | None = None
+    usual: Mapping[Sort, Usual] = field(default_factory=dict)  # solves of single contacts at least
     # Other people's code (peer) checks the reference, and is never the reference itself. A user's
     # (outside) is untrusted: it is judged, and takes no part in what the truth is.
     origin: Literal["own", "peer", "outside"] = "own"
@@ -57,13 +72,34 @@ class Method:
 
 
 BUILT_IN: dict[str, Method] = {
-    "closed_form": Method("closed form", preference=0, exact=True, seconds=0.01),
-    "reduced": Method("reduced model", dimension=1, seconds=0.03, surface=5e-5),
-    "bem_dense": Method("dense BEM", preference=3, grid=True, growth=64.0, seconds=0.2),
-    "bem_fft": Method(
-        "FFT BEM", preference=1, grid=True, growth=4.7, seconds=0.35, surface=0.1, adhesive=1.5e-4
+    "closed_form": Method(
+        "closed form", preference=0, exact=True, usual={"single": Usual(0.0005, growth=1.0)}
     ),
-    "fem": Method("FEM", preference=2, growth=40.0, seconds=0.6, surface=0.1),
+    "reduced": Method(
+        "reduced model",
+        dimension=1,
+        usual={"single": Usual(0.0005, 20, 2.0), "rough": Usual(5e-5, 64, 2.0)},
+    ),
+    "bem_dense": Method(
+        "dense BEM", preference=3, grid=True, growth=64.0, usual={"single": Usual(0.01, 8, 16.0)}
+    ),
+    "bem_fft": Method(
+        "FFT BEM",
+        preference=1,
+        grid=True,
+        growth=4.7,
+        usual={
+            "single": Usual(0.045, 32, 4.7),
+            "rough": Usual(0.1, 128, 4.0),
+            "adhesive": Usual(3.0, 12, 16.0),
+        },
+    ),
+    "fem": Method(
+        "FEM",
+        preference=2,
+        growth=40.0,
+        usual={"single": Usual(0.036, 2, 16.0), "rough": Usual(0.1, 64, 4.0)},
+    ),
     "mca": Method("cellular automata", preference=4, growth=16.0, on_request=True),
     "tamaas": Method("Tamaas", origin="peer", isolated=True),
     "contactmechanics": Method("ContactMechanics", origin="peer", isolated=True),

@@ -117,7 +117,7 @@ def expected(plan: Plan, effort: Effort) -> list[Kind]:
     coarsest = grid.resolutions[0]
     block = plan.block(GRID, coarsest)
     blocks = (most - float(cost @ np.array(grid.numbers))) / (float(cost[0]) * block)
-    return [Kind(plan.scene.name, GRID, coarsest, block, rough=True)] * int(blocks)
+    return [Kind(plan.scene.name, GRID, coarsest, block, sort="rough")] * int(blocks)
 
 
 def enlarged(plan: Plan, solved: Solved, effort: Effort) -> Plan:

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from comparisons.facts.methods import METHODS, dimension_of, growth
+from comparisons.facts.methods import METHODS, Sort, Usual, growth
 
 if TYPE_CHECKING:
     # Processes that only carry out jobs start in a third of the time without the scenes.
@@ -25,9 +25,8 @@ if TYPE_CHECKING:
 
 # Solves that are timed are repeated up to so many times, within so many seconds.
 REPEATS, REPEAT_SECONDS = 3, 0.1
-# Seconds of a solve that do not grow with the grid, and the most by which what exceeds them grew at
-# a doubling: meshes and dense matrices of single contacts are too small for their law.
-OVERHEAD, STEEPEST = 0.1, 16.0
+# Seconds of usual solves at the usual pace with which the first jobs, often tiny, are averaged.
+AS_USUAL = 0.1
 
 
 @dataclass(frozen=True)
@@ -41,36 +40,38 @@ class Kind:
     realisations: int = 1
     # Whether a short solve is repeated for its time: on the first surfaces of an ensemble.
     timed: bool = False
-    rough: bool = False
-    # Of an adhesive contact that is taken apart: seconds over the fourth power of the resolution.
-    apart: float | None = None
+    sort: Sort = "single"
 
     @classmethod
     def of(cls, task: Task) -> Kind:
         """Return the kind of a solve."""
         scene, of = task.scene, task.realisations
-        setting = scene.name, task.method, task.resolution, len(of), of[0] == 0, scene.rough
         # at other ranges equilibria are traced instead, and a flat face lets go as a whole
         ball = scene.adhesion is not None and scene.adhesion.short_range
         ball = ball and scene.indenter is not None and not scene.indenter.flat
-        return cls(*setting, METHODS[task.method].adhesive if ball else None)
+        sort: Sort = "rough" if scene.rough else "adhesive" if ball else "single"
+        return cls(scene.name, task.method, task.resolution, len(of), of[0] == 0, sort)
 
     @property
-    def surface_growth(self) -> float:
-        """Factor of the time of a rough surface (line) with twice as many points a side."""
-        # by any method it takes about as long as it has points
-        return 2.0 if dimension_of(self.method) == 1 else 4.0
+    def usual(self) -> Usual | None:
+        """What a surface or a contact usually takes; None where nobody knows."""
+        known = METHODS[self.method].usual if self.method in METHODS else {}
+        return known.get(self.sort, known.get("single"))
 
     @property
-    def usual_seconds(self) -> float | None:
-        """What such a job once took; of rough surfaces as they have points. None: unknown."""
-        row = METHODS.get(self.method)
-        if self.apart is not None:
-            return self.apart * self.resolution**4
-        if row is None or row.surface is None or not self.rough:
-            return None if row is None else row.seconds
-        doublings = math.log2(self.resolution / 64)
-        return row.surface * self.realisations * self.surface_growth**doublings
+    def usual_seconds(self) -> float:
+        """What such a job usually takes; where nobody knows, how that grows."""
+        usual = self.usual or Usual(growth=growth(self.method))
+        return usual.at(self.resolution) * self.realisations
+
+    @property
+    def groups(self) -> Iterator[tuple[str | int, ...]]:
+        """The groups of like jobs that it is in: from its own setting to all with a usual time."""
+        yield self.scene, self.method, self.sort, self.resolution
+        yield self.scene, self.method, self.sort
+        yield self.method, self.sort
+        if self.usual is not None:
+            yield ()
 
 
 @dataclass(frozen=True)
@@ -114,100 +115,67 @@ class Done:
 
 @dataclass(frozen=True)
 class Remaining:
-    """Remaining seconds, and whether they are complete: False if jobs may take much longer."""
+    """Remaining seconds, and whether they are complete: False if jobs may take much longer.
+
+    `pace` is what was done so far over what it usually takes: what follows keeps to it, too.
+    """
 
     seconds: float
     complete: bool
+    pace: float = 1.0
 
 
 @dataclass
-class _Cost:
-    """What jobs took beside their solves, what solving all their surfaces once took, and counts."""
+class _Done:
+    """Of some jobs: their number, the seconds beside their solves and in these, the usual ones."""
 
+    jobs: int = 1
     beside: float = 0.0
-    solving: float = 0.0
-    realisations: int = 0
-    jobs: int = 0
+    solving: float = AS_USUAL
+    usual: float = AS_USUAL
 
 
-@dataclass
 class Forecast:
-    """Measured costs of jobs by scene, method and resolution.
+    """The remaining time of jobs: what they usually take, times the pace of those most like them.
 
-    The cost of a job is estimated from jobs with the same scene, method and resolution; else from
-    those at the nearest resolution, the solving scaled as from there in other scenes, or by the
-    growth of the method's work; else from what such a job usually takes (`facts.methods`), times
-    the pace: what jobs of the method, else all jobs, took so far over what they usually take.
-    For a method from outside it is unknown until a job of it is done.
+    That of a method from outside is unknown until a job of it is done.
     """
 
-    _costs: dict[tuple[str, str, bool], dict[int, _Cost]] = field(default_factory=dict)
-    # By methods: what their jobs took, and what such jobs usually take.
-    _paces: dict[str, tuple[float, float]] = field(default_factory=dict)
+    def __init__(self) -> None:
+        self._done: dict[tuple[str | int, ...], _Done] = {(): _Done()}
 
     def learn(self, kind: Kind, seconds: float, solving: float = math.inf) -> None:
         """Record the cost of a job without compilation, and the time of one of its solves."""
         if not math.isfinite(seconds):
             return
-        costs = self._costs.setdefault((kind.scene, kind.method, kind.rough), {})
-        cost = costs.setdefault(kind.resolution, _Cost())
         seconds = max(seconds, 0.0)
         solving = solving if solving < seconds else seconds  # of what is lost NaN
-        cost.beside += max(seconds - _repeated(solving, kind), 0.0)
-        cost.solving += solving
-        cost.realisations += kind.realisations
-        cost.jobs += 1
-        taken, usually = self._paces.get(kind.method, (0.0, 0.0))
-        if (usual := kind.usual_seconds) is None:
-            self._paces[kind.method] = taken + seconds, usually + 1.0
-        else:  # jobs that are short beside the overhead say little of the pace
-            self._paces[kind.method] = taken + seconds + OVERHEAD, usually + usual + OVERHEAD
+        for group in kind.groups:
+            done = self._done.setdefault(group, _Done(0, 0.0, 0.0, 0.0))
+            done.jobs += 1
+            done.beside += max(seconds - _repeated(solving, kind), 0.0)
+            done.solving += solving
+            done.usual += kind.usual_seconds
 
     def cost(self, kind: Kind) -> float | None:
         """Return the estimated seconds of a job, or None if unknown."""
-        if (own := self._costs.get((kind.scene, kind.method, kind.rough))) is None:
-            usual, of_method = kind.usual_seconds, self._paces.get(kind.method)
-            if usual is None and of_method is None:
-                return None
-            timed = [pace for name, pace in self._paces.items() if Kind(method=name).usual_seconds]
-            taken, usually = of_method or (sum(pace[side] for pace in timed) for side in (0, 1))
-            return (usual or 1.0) * (taken / usually if usually else 1.0)
-        nearest = min(own, key=lambda n: abs(math.log(n / kind.resolution)))
-        cost = own[nearest]
-        solving = cost.solving / cost.realisations * kind.realisations
-        alike = [c for key, c in self._costs.items() if key[1:] == (kind.method, kind.rough)]
-        both = [c for c in alike if nearest in c and kind.resolution in c]
-        here, there = (
-            sum(c[n].solving / c[n].realisations for c in both) for n in (nearest, kind.resolution)
-        )
-        if here > 0.0:
-            solving *= there / here
-        else:
-            grown = STEEPEST if kind.apart is not None else min(growth(kind.method), STEEPEST)
-            grown = kind.surface_growth if kind.rough else grown
-            grown **= math.log2(kind.resolution / nearest)
-            solving += max(solving - OVERHEAD, 0.0) * (grown - 1.0)
-        return cost.beside / cost.jobs + _repeated(solving, kind)
+        like = next((self._done[group] for group in kind.groups if group in self._done), None)
+        if like is None:
+            return None
+        pace = like.solving / like.usual
+        return like.beside / like.jobs + _repeated(pace * kind.usual_seconds, kind)
 
     def remaining(self, kinds: Iterable[Kind], workers: int) -> Remaining:
         """Return the remaining time of jobs, divided among the workers.
 
-        It is complete if of each job's method another was done: on rough surfaces if it is on one;
-        else on this scene, or at as fine a resolution.
+        It is complete if of each job's method another with such a contact was done.
         """
         asked = list(kinds)
         estimates = [cost for cost in map(self.cost, asked) if cost is not None]
         # One worker has the longest job, however many workers there are.
         seconds = max(sum(estimates) / workers, max(estimates, default=0.0))
-        finest: dict[tuple[str, bool], int] = {}
-        for (_, method, rough), costs in self._costs.items():
-            finest[method, rough] = max(finest.get((method, rough), 0), *costs)
-        complete = all(
-            (kind.scene, kind.method, kind.rough) in self._costs
-            or finest.get((kind.method, kind.rough), 0) >= (1 if kind.rough else kind.resolution)
-            for kind in asked
-        )
-        return Remaining(seconds, complete)
+        complete = all((kind.method, kind.sort) in self._done for kind in asked)
+        return Remaining(seconds, complete, self._done[()].solving / self._done[()].usual)
 
 
 def _repeated(solving: float, kind: Kind) -> float:

@@ -30,7 +30,7 @@ WORTH_SAYING = 1.0
 def watched(campaign: Campaign[Any, R], write_page: Callable[[], object], report: float = 0.0) -> R:
     """Run a campaign with progress on the terminal; write its page even after an interrupt.
 
-    The report that is written afterwards takes `report` seconds of the remaining time.
+    The report that is written afterwards usually takes `report` seconds of the remaining time.
     """
     from comparisons.errors import InputError, LostWorkError
 
@@ -145,6 +145,7 @@ def progress(campaign: Campaign[Any, Any], report: float = 0.0) -> str:
     done, total = campaign.counts
     text = f"solved {done} of {total}"
     remaining = campaign.remaining()
+    report *= remaining.pace
     seconds = remaining.seconds + report
     if seconds < WORTH_SAYING:
         return text

@@ -15,7 +15,7 @@ from comparisons.questions.hard_cases.run import HardCases
 from comparisons.questions.study import Study
 from comparisons.scene.scene import load_scene
 from comparisons.solving import inquiries
-from comparisons.solving.jobs import Done, Remaining, SerialExecutor
+from comparisons.solving.jobs import Done, SerialExecutor
 from comparisons.solving.planning import plan_scene
 
 
@@ -91,7 +91,8 @@ def test_every_campaign_tells_how_far_it_is_and_how_long_the_rest_takes(tmp_path
     assert told[0][2] is None
     assert [done for done, _ in counts] == list(range(len(counts)))
     assert counts[-1] == (len(counts) - 1, len(counts) - 1)
-    assert told[-1][1] == Remaining(0.0, complete=True)
+    assert told[-1][1].seconds == 0.0
+    assert told[-1][1].complete
 
 
 @pytest.mark.parametrize("theirs", ["report.html", "study.json"])
