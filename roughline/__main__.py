@@ -91,8 +91,8 @@ def open_standard_streams() -> None:
 def main() -> None:
     """Run a command and exit with its code; a ctrl-C while packages are imported is one too."""
     interrupts = Interrupts()
-    # Imports make millions of objects, none of them garbage: not to be looked through every 700.
-    gc.set_threshold(50_000)
+    # Imports, a plan and a page make 400 000 objects, none of them garbage to be looked for.
+    gc.set_threshold(500_000)
     try:
         interrupts.listen()
         open_standard_streams()

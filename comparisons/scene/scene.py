@@ -375,7 +375,7 @@ def load_scenes(
     data, origin, folder = _read(source)
     table = _dotted(data.get("sweep"))
     if not (isinstance(table, dict) and any(isinstance(v, list) for v in table.values())):
-        return [load_scene(source, overrides)]
+        return [make_scene(data, origin, folder, overrides)]
     (path, values), *more = table.items()
     number = len(values) if isinstance(values, list) else 0
     if path in ("name", "title", "sweep"):

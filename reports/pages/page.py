@@ -23,12 +23,12 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
 from jinja2.bccache import Bucket, FileSystemBytecodeCache
 from markupsafe import Markup, escape
-from plotly.offline import get_plotlyjs
+from plotly.offline import get_plotlyjs, get_plotlyjs_version
 
 from comparisons import code_cache
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import quantity
-from comparisons.files import plain
+from comparisons.files import plain, write_text
 from reports.pages import glossary
 from reports.plots.figure import Figure
 from reports.plots.interactive import spec
@@ -96,8 +96,14 @@ def page_script() -> str:
 
 @cache
 def packed_library() -> str:
-    """Return plotly.js compressed, in base64, which is two fifths of it."""
-    return base64.b64encode(zlib.compress(get_plotlyjs().encode())).decode()
+    """Return plotly.js compressed, in base64, which is two fifths of it; kept for later pages."""
+    name = f"plotly-{get_plotlyjs_version()}.packed"
+    with suppress(KeyError, OSError):
+        return Path(os.environ[code_cache.VARIABLE], name).read_text()
+    packed = base64.b64encode(zlib.compress(get_plotlyjs().encode())).decode()
+    with suppress(KeyError, OSError):
+        write_text(Path(os.environ[code_cache.VARIABLE], name), packed)
+    return packed
 
 
 def embedded_json(value: Any) -> Markup:
