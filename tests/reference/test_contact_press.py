@@ -16,7 +16,7 @@ from reference.halfspace import FreeOperator, PeriodicOperator
 from reference.loads import Load
 from reference.surfaces import SelfAffine, self_affine
 
-CASES, BLOCK = int(os.environ.get("ROUGHLINE_FUZZ", "400")), 50
+CASES, BLOCK = int(os.environ.get("ROUGHLINE_FUZZ", "200")), 50
 KINDS = "noise", "smooth", "plateaus", "punches", "islands", "flat"
 TOLERANCE = 1e-9
 

@@ -74,9 +74,8 @@ def cube(order, cells, modulus, poisson_ratio, wobble=0.0):
 PAIRS = {"matching": (3, 3), "3 on 4": (3, 4), "5 on 2": (5, 2)}
 
 
-@pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("multipliers", ["dual", "standard"])
-@pytest.mark.parametrize("cells", PAIRS.values(), ids=PAIRS)
+@pytest.mark.parametrize(("order", "cells"), [*((1, pair) for pair in PAIRS.values()), (2, (3, 4))])
 def test_a_mortar_passes_the_patch_test(order, multipliers, cells):
     """Two blocks of different moduli pressed together: p = d / (H1/E1 + H2/E2) everywhere.
 
@@ -89,17 +88,14 @@ def test_a_mortar_passes_the_patch_test(order, multipliers, cells):
     np.testing.assert_allclose(step.pressure, 0.1, rtol=1e-10)
 
 
-@pytest.mark.parametrize("order", [1, 2])
-def test_node_to_surface_fails_the_patch_test(order):
+def test_node_to_surface_fails_the_patch_test():
     """What tells it from the mortar: pressures off by more than a tenth where faces do not match.
 
     On matching meshes it passes.
     """
     errors = {}
     for name, (n, m) in PAIRS.items():
-        pair = couple(
-            cube(order, n, 1.0, 0.3), cube(order, m, 2.0, 0.2), coupling="node_to_surface"
-        )
+        pair = couple(cube(1, n, 1.0, 0.3), cube(1, m, 2.0, 0.2), coupling="node_to_surface")
         (step,) = pair.press(lambda x, y: 0.0 * x, Load("penetration", 0.15))
         errors[name] = np.abs(step.pressure / 0.1 - 1.0).max()
     assert errors["matching"] < 1e-10

@@ -181,9 +181,9 @@ def test_an_error_in_one_piece_ends_the_others():
 
 
 def test_results_do_not_depend_on_the_number_of_threads(monkeypatch):
-    """Pieces of 200 cells, so that the sums of a small grid are of many parts."""
+    """Pieces of 500 cells, so that the sums of a small grid are of several parts."""
     monkeypatch.setattr("reference.contact.body._ONE_BLOCK", 0)
-    monkeypatch.setattr(pieces, "SIZE", 200)
+    monkeypatch.setattr(pieces, "SIZE", 500)
     operator, gap = problem(PeriodicOperator)
     alone = press(operator, gap, Load("force", 20.0))
     with pieces.threads(2):

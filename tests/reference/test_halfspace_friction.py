@@ -9,12 +9,10 @@ from scipy.optimize import brentq
 from scipy.special import ellipkm1
 
 from reference.closed_form import PartialSlip, paraboloid, stiffness_ratio
-from reference.contact.press import press
 from reference.halfspace import areas
 from reference.halfspace.friction import FrictionalPress, sweep, tangential_stiffness
 from reference.halfspace.traction import Compliance, NormalAndTangential, cell_integrals
-from reference.loads import Load, LoadPath
-from reference.surfaces import SelfAffine, self_affine
+from reference.loads import LoadPath
 
 MU = 0.4
 
@@ -118,45 +116,6 @@ def test_ellipses_are_as_stiff_as_mindlin_says(half_y, bound):
             along, across = tangential_stiffness(body, mask, direction)
             assert along / normal == pytest.approx(stiffness_ratio(*axes, nu), rel=bound)
             assert abs(across) < 1e-6 * along
-
-
-@pytest.mark.parametrize("periodic", [False, True])
-@given(seed=st.integers(0, 100), shares=st.lists(st.floats(-0.95, 0.95), min_size=1, max_size=4))
-@settings(max_examples=6, deadline=None)
-def test_rough_paths_at_zero_poisson_ratio_are_normal_solutions(periodic, seed, shares):
-    """At nu = 0 without coupling tractions are sums of pressures, on any surface and path.
-
-    One operator serves both directions, so Jaeger's and Ciavarella's superposition holds on the
-    grid itself: the frictionless solver is the oracle, at the tolerances (1e-7 of slip; pressures
-    are worse by the condition of a cell, 1e-4).
-    """
-    body = body_of(24, 24.0, 0.0, periodic=periodic)
-    height = self_affine(
-        24, 24.0, SelfAffine(hurst=0.8, rms_slope=0.1, short_cutoff=4.0), seed=seed, realisation=0
-    )
-    gap = height.max() - height
-    force = 0.02 * 2.0 * 24.0**2 * 0.1
-    first, goal = 0.6 * MU * force, np.array(shares) * MU * force
-    path = np.concatenate([[first], goal[:1]])
-    *_, last = sweep(
-        FrictionalPress(body, gap, MU, coupled=False),
-        *paths(force=force, tangential_force=path),
-        tolerance=1e-7,
-    )
-
-    def pressure(load: float) -> np.ndarray:
-        contact = press(body.normal, gap, Load("force", load), tolerance=1e-10)
-        return contact.pressure
-
-    whole = pressure(force)
-    back = first - goal[0]
-    expected = MU * (whole - pressure(force - first / MU))
-    if back > 0 and goal[0] >= -first:
-        expected -= 2 * MU * (whole - pressure(force - back / (2 * MU)))
-    else:
-        expected = np.sign(goal[0]) * MU * (whole - pressure(force - abs(goal[0]) / MU))
-    assert np.abs(last.traction[0] - expected).max() < 2e-4 * MU * whole.max()
-    assert np.abs(last.traction[1]).max() < 2e-4 * MU * whole.max()
 
 
 def test_cattaneo_force_converges():

@@ -82,7 +82,7 @@ def check_mean_gaps(operator, gap: np.ndarray, most_iterations: int) -> None:
 @pytest.mark.parametrize("operator_class", [PeriodicOperator, FreeOperator])
 @pytest.mark.parametrize(
     ("hurst", "short_cutoff"),
-    [(0, 2), (0, 16), (0.5, 2), (0.5, 16), (1.0, 2), (1.0, 16), ("white", 0)],
+    [(0, 2), (0.5, 16), (1.0, 2), ("white", 0)],
 )
 @pytest.mark.parametrize("points", [64, pytest.param(256, marks=pytest.mark.slow)])
 def test_every_roughness_converges_under_every_load(points, hurst, short_cutoff, operator_class):

@@ -164,6 +164,7 @@ print(time.process_time() - every - own, own)
 """
 
 
+@pytest.mark.slow
 def test_scalar_products_wake_no_threads():
     """Two threads of BLAS took four times the processor's time; now the others' share is a tenth.
 

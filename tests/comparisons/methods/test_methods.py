@@ -117,31 +117,6 @@ def test_under_force_control_the_penetration_comes_back(scene, method):
     np.testing.assert_allclose(back["penetration"][0], [1e-6, 2e-6, 4e-6], rtol=tolerance)
 
 
-SMALL_ROUGH = {"surface.points": 32, "surface.short_cutoff": 0.25e-6}
-
-
-@pytest.mark.parametrize(
-    ("source", "resolution", "changes"),
-    [("paraboloid", 16, {}), ("cone", 16, {}), ("rough-patch", None, SMALL_ROUGH)],
-)
-def test_dense_and_fft_solvers_agree_on_the_same_grid(source, resolution, changes):
-    """To 1e-8, in what they find at prescribed loads, and in every cell's pressure.
-
-    The FFT solver is asked for a residual of 1e-11, for its own error in a single cell is larger
-    than its residual by the condition of the contact problem; the dense one is exact.
-    """
-    dense = solve_scene(source, "bem_dense", resolution, SINGLE | changes)
-    assert dense.converged
-    tight = {"methods.bem_fft.tolerance": 1e-11}
-    fft = solve_scene(source, "bem_fft", resolution, SINGLE | changes | tight)
-    assert dense.solution.unknowns == fft.solution.unknowns
-    first, second = dense.solved(), fft.solved()
-    for name in ("force", "penetration", "contact_area", "contact_area_raw", "stiffness", "energy"):
-        np.testing.assert_allclose(first[name], second[name], rtol=1e-8, err_msg=name)
-    p, q = (part.solution.fields["pressure"] for part in (dense, fft))
-    assert np.abs(p - q).max() < 1e-8 * p.max()
-
-
 AXISYMMETRIC = ["paraboloid", "sphere", "cone", "power-law-3", "power-law-4"]
 AXISYMMETRIC += ["cylinder", "rounded-punch"]
 

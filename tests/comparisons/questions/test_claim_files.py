@@ -257,6 +257,7 @@ def test_comments_and_docstrings_make_nothing_older(monkeypatch, tmp_path):
     assert digest("def f():\n    return 2\n") != first
 
 
+@pytest.mark.slow
 def test_the_command_lists_what_is_old(stored, capsys):
     assert run_command(["claims", *IDS, "--stale"]) == 0
     assert "No stored verdict is older" in capsys.readouterr().out

@@ -127,8 +127,9 @@ def below_ellipse(z, a, b, nu):
     return b / (a * e2) * np.array([2 * x, 2 * y, -(1 - T**2) / T])
 
 
-@pytest.mark.parametrize("nu", [0.25, 0.3, 0.4, 0.5])
-@pytest.mark.parametrize("slender", [1.0, 2.0, 10.0])
+@pytest.mark.parametrize(
+    ("nu", "slender"), [(0.25, 2.0), (0.3, 1.0), (0.3, 10.0), (0.4, 2.0), (0.5, 10.0)]
+)
 def test_bars_of_a_closed_form_cover_what_hertz_says_below_its_centre(scene, nu, slender):
     """At these ratios both stresses are largest on the axis, or beside it by less than the bar.
 

@@ -78,8 +78,8 @@ def test_a_missing_interpreter_and_a_missing_package_are_refused_in_words(scene,
         ("def solve(problem): return 1", "expected a dict"),
     ],
 )
-@pytest.mark.parametrize("name", CODES)
-def test_a_code_that_fails_costs_its_own_rows(scene, monkeypatch, tmp_path, name, script, reason):
+def test_a_code_that_fails_costs_its_own_rows(scene, monkeypatch, tmp_path, script, reason):
+    name = "drake"  # what runs it is the same for all
     pretend(monkeypatch, tmp_path, name, script)
     solution = solved(scene(loading=LOADS[name]), name)
     assert not solution.converged.any()

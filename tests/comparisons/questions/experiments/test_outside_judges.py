@@ -10,7 +10,6 @@ from comparisons.questions.experiments import EXPERIMENTS, proved
 from comparisons.questions.experiments.adhesion import largest
 from comparisons.questions.experiments.boundary_elements import QUANTITIES, two_truths
 from comparisons.questions.experiments.friction import FRICTION, impact
-from comparisons.questions.experiments.rough_contact import of_surface
 from comparisons.questions.experiments.rough_ensemble import Surface
 from comparisons.questions.experiments.yielding import largest_mises
 from reference.closed_form import paraboloid
@@ -87,12 +86,6 @@ def test_greenwood_and_williamson_is_hertz_summed_over_normal_heights():
     step = 1e-6
     slope = (model.pressure(0.012 - step) - model.pressure(0.012 + step)) / (2 * step)
     assert model.stiffness(0.012) == pytest.approx(slope, rel=1e-5)
-
-
-def test_the_summits_of_a_gaussian_surface_are_those_of_nayak():
-    """Radius times density^(1/2) depends on the bandwidth alone: 0.29 for summits of one wave."""
-    model = of_surface(Surface(roll_off=4.0, shortest=4.0))
-    assert 0.1 < model.radius * model.density**0.5 < 0.5
 
 
 def test_a_surface_and_its_negative_have_one_spectrum_and_two_contacts():
