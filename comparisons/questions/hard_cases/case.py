@@ -1,6 +1,6 @@
 """A hard case: a scene, its reference, and the outcome of every method, expected and found.
 
-References may be formulas of the planned scene, exact up to round-off. What was found is stored in
+References may be formulas, exact up to round-off. What was found is stored in
 hard-cases.json and hard-cases.csv, which are validated when read.
 """
 
@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from copy import deepcopy
 from math import nan
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 
 import numpy as np
 from pydantic import (
@@ -30,6 +30,7 @@ from comparisons.scene.fields import Length, Positive, SceneTable, fail
 from comparisons.scene.scene import Scene, make_scene, override
 
 if TYPE_CHECKING:
+    from comparisons.geometry.prepare import RoughGeometry
     from comparisons.solving.plan import Plan
 
 RECORD, TABLE = "hard-cases.json", "hard-cases.csv"
@@ -120,77 +121,29 @@ class Expected(SceneTable):
         return self.refused or self.not_for or self.text
 
 
-class Hertz(SceneTable):
-    """Hertz's solution for a tip that the scene samples by a map: F = 4/3 E* sqrt(R) d^1.5."""
-
-    needs: ClassVar = ("surface", "loading.penetration")
-
-    radius: Length
-
-    def curves(self, plan: Plan) -> Curves:
-        """Return the force and the area pi R d at the penetrations of the scene."""
-        depth = plan.loads.values
-        force = 4 / 3 * plan.scene.effective_modulus * np.sqrt(self.radius) * depth**1.5
-        return {"force": force, "contact_area": np.pi * self.radius * depth}
-
-
-class Stuck(SceneTable):
-    """u = F_x/(2 a G*) (Mindlin 1949): stick in the whole Hertzian contact."""
-
-    needs: ClassVar = ("indenter.radius", "friction", "loading.tangential_force")
-
-    def curves(self, plan: Plan) -> Curves:
-        """Return the displacement at the last normal force; at mu = 1e6 a rim of 1e-7 slips."""
-        normal = plan.loads.normal
-        assert normal is not None
-        scene = plan.scene
-        force, modulus = float(normal.values[-1]), scene.effective_modulus
-        radius = np.cbrt(0.75 * force / modulus * _at(scene, "indenter.radius"))
-        steps = np.ones(len(plan.loads.values))
-        shift = plan.loads.values / (2 * radius * scene.tangential_modulus)
-        return {"tangential_displacement": shift, "contact_area": np.pi * radius**2 * steps}
-
-
-class Creeping(SceneTable):
-    """mu = (eta/G) v/R, eta = sum G_i tau_i: the 3-D limit of slow sliding on rubber."""
-
-    needs: ClassVar = ("indenter.radius", "viscoelastic", "sliding")
-
-    def curves(self, plan: Plan) -> Curves:
-        """Return the coefficient of friction at the speeds of the scene."""
-        scene = plan.scene
-        material = scene.viscoelastic
-        assert material is not None
-        viscosity = sum(modulus * time for modulus, time in material.branches)
-        slope = viscosity / material.long_term_modulus / _at(scene, "indenter.radius")
-        return {"friction_coefficient": slope * plan.loads.values}
-
-
-class ClosedGap(SceneTable):
-    """Full contact of a periodic surface: d = max h - <h>, A = A0."""
-
-    needs: ClassVar = ("surface",)
-
-    def curves(self, plan: Plan) -> Curves:
-        """Return the penetration and area of the first surface with its gap closed."""
-        from comparisons.geometry.prepare import RoughGeometry
-
-        geometry = plan.geometry
-        assert isinstance(geometry, RoughGeometry)
-        heights = geometry.heights(0, geometry.points[0])
-        steps = np.ones(len(plan.loads.values))
-        depth = geometry.top(0) - float(heights.mean())
-        return {"penetration": depth * steps, "contact_area": geometry.area * steps}
+# The keys of a scene that formulas need.
+_NEEDED = {
+    "hertz": ("surface", "loading.penetration"),
+    "stuck": ("indenter.radius", "friction", "loading.tangential_force"),
+    "creeping": ("indenter.radius", "viscoelastic", "sliding"),
+    "closed_gap": ("surface",),
+}
+_Used = Literal[True] | None
 
 
 class Formula(SceneTable):
-    """Exactly one formula; `constant` gives quantities that are equal at all steps."""
+    """Exactly one formula of the planned scene at its steps."""
 
     constant: dict[Literal[COMPARABLE], float] | None = None  # type: ignore[valid-type]
-    hertz: Hertz | None = None
-    stuck: Stuck | None = None
-    creeping: Creeping | None = None
-    closed_gap: ClosedGap | None = None
+    # F = 4/3 E* sqrt(R) d^1.5, A = pi R d for a tip that the scene samples by a map: its radius.
+    hertz: Length | None = None
+    # u = F_x/(2 a G*) (Mindlin 1949): stick in the whole Hertzian contact, at the last normal
+    # force; at mu = 1e6 a rim of 1e-7 slips.
+    stuck: _Used = None
+    # mu = (eta/G) v/R, eta = sum G_i tau_i: the 3-D limit of slow sliding on rubber.
+    creeping: _Used = None
+    # Full contact of a periodic surface, the first one: d = max h - <h>, A = A0.
+    closed_gap: _Used = None
 
     @model_validator(mode="after")
     def _exactly_one(self) -> Formula:
@@ -203,15 +156,33 @@ class Formula(SceneTable):
     def missing(self, scene: Scene) -> list[str]:
         """Return the keys that the formula needs and the scene lacks."""
         (name,) = self.model_fields_set
-        return [key for key in getattr(getattr(self, name), "needs", ()) if _at(scene, key) is None]
+        return [key for key in _NEEDED.get(name, ()) if _at(scene, key) is None]
 
     def curves(self, plan: Plan) -> Curves:
-        """Return the quantities of the planned scene at its steps."""
+        """Return the quantities; those that no load changes are equal at all steps."""
+        scene, loads = plan.scene, plan.loads.values
+        modulus, radius, found = scene.effective_modulus, _at(scene, "indenter.radius"), {}
         if self.constant is not None:
-            steps = np.ones(plan.loads.values.size)
-            return {name: value * steps for name, value in self.constant.items()}
-        (name,) = self.model_fields_set
-        return getattr(self, name).curves(plan)
+            found = dict(self.constant)
+        elif self.hertz is not None:
+            force = 4 / 3 * modulus * np.sqrt(self.hertz) * loads**1.5
+            found = {"force": force, "contact_area": np.pi * self.hertz * loads}
+        elif self.stuck:
+            assert plan.loads.normal is not None
+            contact = np.cbrt(0.75 * plan.loads.normal.values[-1] / modulus * radius)
+            shift = loads / (2 * contact * scene.tangential_modulus)
+            found = {"tangential_displacement": shift, "contact_area": np.pi * contact**2}
+        elif self.creeping:
+            material = scene.viscoelastic
+            assert material is not None
+            viscosity = sum(stiff * time for stiff, time in material.branches)
+            slope = viscosity / material.long_term_modulus / radius
+            found = {"friction_coefficient": slope * loads}
+        elif self.closed_gap:
+            rough = cast("RoughGeometry", plan.geometry)
+            depth = rough.top(0) - rough.heights(0, rough.points[0]).mean()
+            found = {"penetration": depth, "contact_area": rough.area}
+        return {name: values * np.ones(loads.size) for name, values in found.items()}
 
 
 def _at(scene: Scene, path: str) -> Any:

@@ -202,7 +202,7 @@ HOLLOW = DEEP + "scene.indenter = { shape = 'profile', r = [0, 1, 2], f = [0, -1
         ),
         *(
             (
-                DEEP + "truth = { formula = { creeping = {} }, source = 'slow' }\n",
+                DEEP + "truth = { formula = { creeping = true }, source = 'slow' }\n",
                 f"a.toml: deep: truth.formula: expected {key} in the scene, which has none",
             )
             for key in ("viscoelastic", "sliding")
