@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from reference.arrays import Array
 from reference.errors import poisson_faults, positive_faults, refuse
 
 # Beyond it lambda is more than 5000 times the shear modulus, and a displacement method loses the
@@ -60,7 +60,7 @@ def lame_parameters(poisson_ratio: float) -> tuple[float, float]:
     return poisson_ratio / ((1.0 + poisson_ratio) * (1.0 - 2.0 * poisson_ratio)), shear
 
 
-def von_mises(stress: NDArray[np.float64]) -> NDArray[np.float64]:
+def von_mises(stress: Array) -> Array:
     """Return ``sqrt(3 J2)`` of stresses (..., 6) in the order xx, yy, zz, yz, xz, xy.
 
     Those of an axisymmetric body have one shear stress (..., 4): rr, zz, tt, rz.
@@ -73,7 +73,7 @@ def von_mises(stress: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.sqrt(0.5 * (differences**2).sum(axis=-1) + 3.0 * (stress[..., 3:] ** 2).sum(axis=-1))
 
 
-def largest_shear(stress: NDArray[np.float64]) -> NDArray[np.float64]:
+def largest_shear(stress: Array) -> Array:
     """Return ``(s_1 - s_3)/2`` of stresses (..., 6) in the order xx, yy, zz, yz, xz, xy.
 
     >>> float(largest_shear(np.array([-3.0, 0.0, 0.0, 0.0, 0.0, 0.0])))

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from reference.arrays import Array
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -14,7 +16,7 @@ class LoadPath:
 
     # the prescribed quantity: "penetration", "force", "tangential_force", ...
     control: str
-    values: NDArray[np.float64]  # (k,): finite values; a number is a path of one point
+    values: Array  # (k,): finite values; a number is a path of one point
 
     def __init__(self, control: str, values: ArrayLike) -> None:
         object.__setattr__(self, "control", control)
@@ -35,7 +37,7 @@ class LoadPath:
             raise ValueError(f"{self.control} must be one number; use sweep for a list")
         return float(self.values[0])
 
-    def positive(self) -> NDArray[np.float64]:
+    def positive(self) -> Array:
         """Return the values, or raise an error if one is not positive."""
         if not (self.values > 0).all():
             raise ValueError(f"{self.control} must be positive, not {self.values}")
@@ -85,7 +87,7 @@ class History(LoadPath):
         Finite, of equal length, with increasing times.
     """
 
-    time: NDArray[np.float64]
+    time: Array
 
     def __init__(self, control: str, time: ArrayLike, values: ArrayLike) -> None:
         object.__setattr__(self, "time", np.array(time, dtype=float, ndmin=1))

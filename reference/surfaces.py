@@ -8,12 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import fft
 
+from reference.arrays import Array, Indices, Modes
 from reference.errors import positive_faults, refuse
 
-Array = NDArray[np.float64]
 Pair = tuple[float, float]
 
 # Modes that are made at once.
@@ -275,7 +275,7 @@ def highest(height: ArrayLike) -> float:
     return best
 
 
-def _waves(points: int, at: float) -> tuple[NDArray[np.complex128], ...]:
+def _waves(points: int, at: float) -> tuple[Modes, ...]:
     """All modes of a real FFT's grid at a place, and their first and second derivatives."""
     wave = 2 * np.pi * fft.fftfreq(points, 1 / points)
     values = np.exp(1j * wave * at)
@@ -339,7 +339,7 @@ class Summits(NamedTuple):
     Curvatures are positive for a convex summit.
     """
 
-    places: NDArray[np.intp]
+    places: Indices
     curvatures: Array
 
 

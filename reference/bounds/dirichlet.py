@@ -22,17 +22,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from skfem import Basis, BilinearForm, ElementTriP2, MeshTri
 from skfem.helpers import dot, grad
 
+from reference.arrays import Array, Integers
 from reference.bounds.interval import EPSILON
 from reference.bounds.outlines import Outline, nested
 from reference.fem.condensation import Front, LinearSystem, Shift, condense, expand
 from reference.fem.half_space_mesh import power_lines
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 # Gauss points of an interval: four integrate polynomials of degree 7; the forms reach degree 6.
 _POINTS = 4
@@ -89,7 +86,7 @@ class _Quadratics:
         return np.einsum("eq,eiq,ejq->eij", self.weights * weight, left, right)
 
 
-def _unknowns(count: int) -> Indices:
+def _unknowns(count: int) -> Integers:
     """Unknowns of consecutive intervals: ends even, middles odd."""
     return 2 * np.arange(count)[:, None] + np.arange(3)
 
@@ -103,8 +100,8 @@ class Side:
     (f + s f_s) f.
     """
 
-    elements: Indices  # (s,), of the section
-    local: Indices  # (s, k), which of the element's functions live on the edge
+    elements: Integers  # (s,), of the section
+    local: Integers  # (s, k), which of the element's functions live on the edge
     distances: Array  # (s,)
     stiffness: Array  # (s, k, k)
     mass: Array
@@ -124,9 +121,9 @@ class Section:
     stiffness: Array  # (n, k, k)
     mass: Array
     swelling: Array
-    unknowns: Indices  # (n, k)
+    unknowns: Integers  # (n, k)
     points: Array  # (count, 2), of each unknown's function: a vertex, or the middle between two
-    ends: Indices  # (count, 2), the unknowns of these two vertices; a vertex twice itself
+    ends: Integers  # (count, 2), the unknowns of these two vertices; a vertex twice itself
     rounding: float  # relative, of the elements' sizes
     side: Side
 
@@ -170,7 +167,7 @@ def rings(radii: Array) -> Section:
     )
 
 
-def fan(shells: Array, *, closed: bool) -> tuple[Section, Indices]:
+def fan(shells: Array, *, closed: bool) -> tuple[Section, Integers]:
     """Triangles between shells (n, m + 1, 2) about the origin, from the innermost outwards.
 
     The points of a shell are in the order of their angle, with straight lines between them. A
@@ -254,7 +251,7 @@ class Prisms:
     E* = 1 is v . S v/2, S the `stiffness` (r, r).
     """
 
-    def __init__(self, section: Section, depths: Array, retained: Indices) -> None:
+    def __init__(self, section: Section, depths: Array, retained: Integers) -> None:
         levels = 2 * len(depths) - 1
         self.unknowns = len(section.points) * levels
         self.surface = np.arange(len(section.points)) * levels

@@ -19,16 +19,14 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
+from reference.arrays import Array, Mask
 from reference.bounds.dirichlet import Prisms
 from reference.bounds.interval import EPSILON, complete
 from reference.bounds.outlines import Outline
 from reference.bounds.quadrangles import areas, fan_cells, mutual_integrals
 from reference.contact.pivot import compliance, pivot
-
-Array = NDArray[np.float64]
 
 # Steps of the pressures on rings, relative to the largest: differences of such numbers are exact.
 _STEP = 2.0**-44
@@ -172,9 +170,7 @@ def energy_below(
     return float(pressures.images * done**2 / (2 * stored))
 
 
-def energy_above(
-    elements: Prisms, floor: Array, touching: NDArray[np.bool_] | None = None
-) -> float:
+def energy_above(elements: Prisms, floor: Array, touching: Mask | None = None) -> float:
     """Upper bound of the energy by the least displacement above a floor, for E* = 1.
 
     The floor (n,) is in Bernstein's coefficients: with none below it v is nowhere below d - g. It
@@ -192,7 +188,7 @@ def energy_above(
     return elements.energy_above(values)
 
 
-def least_above(stiffness: Array, load: Array, floor: Array, touching: NDArray[np.bool_]) -> Array:
+def least_above(stiffness: Array, load: Array, floor: Array, touching: Mask) -> Array:
     """Minimise v . S v/2 - f . v over v >= floor, from v = floor where it is touching.
 
     v - floor and the forces S v - f are complementary, as pressures and clearances are

@@ -27,14 +27,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import linprog, minimize
 
+from reference.arrays import Array
 from reference.bounds.interval import EPSILON, Interval, above, below, complete, first_kind_above
 from reference.bounds.trigonometric import Waves
 from reference.closed_form.shapes import ellipsoid
 
-Array = NDArray[np.float64]
 # Two opposite corners of a rectangle, from the first point of a map.
 Corners = tuple[tuple[float, float], tuple[float, float]]
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from reference.arrays import Array
 from reference.bounds.dirichlet import Prisms, fan, shells_about
 from reference.bounds.duality import Fan, energy_above, energy_below, towards_edge
 from reference.bounds.interval import EPSILON, Interval, above, below
@@ -23,7 +23,6 @@ from reference.bounds.quadrangles import gauss_points
 from reference.closed_form.shapes import ellipsoid
 from reference.errors import count_faults, positive_faults, refuse
 
-Array = NDArray[np.float64]
 Gap = Callable[[Array, Array], Array]
 
 # Exponents of the spacing towards the edge of contact, of pressures and displacements; of that of

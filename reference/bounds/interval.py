@@ -15,7 +15,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from reference.arrays import Array
 
 # One operation in double precision errs by at most half of this, relative to its result.
 EPSILON = 2.0**-52
@@ -125,8 +126,6 @@ def inverse(value: float, below: Side, above: Side, start: float, power: float =
         raise ArithmeticError(f"nothing is proved that reaches {value:.4g}")
     return Interval(lower, min(beyond))
 
-
-Array = NDArray[np.float64]
 
 # Steps after which even of 1 - k^2 = 1e-300 nothing is left but rounding.
 _GAUSS_STEPS, _HALVINGS = 16, 64

@@ -8,9 +8,8 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from reference.arrays import Array
 
 # Of a polygon's size: how far a corner may lie from the image of another one, and a corner or the
 # middle of a side from the mirror line that goes through it.

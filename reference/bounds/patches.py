@@ -24,9 +24,9 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator, cg
 
+from reference.arrays import Array
 from reference.bounds.ellipses import ellipses_below
 from reference.bounds.interval import EPSILON, Interval, above, below, inverse
 from reference.bounds.potentials import Expansion, GridPotential
@@ -35,8 +35,6 @@ from reference.contact.press import press
 from reference.errors import count_faults, positive_faults, refuse
 from reference.halfspace import FreeOperator
 from reference.loads import Load
-
-Array = NDArray[np.float64]
 
 # Squares per side of a cell.
 _SQUARES = 4

@@ -23,9 +23,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import fft as transforms
 
+from reference.arrays import Array, Modes
 from reference.bounds.interval import EPSILON, Interval, above, below, inverse
 from reference.bounds.trigonometric import Waves, least_on_cells, levelled, transform_rounding
 from reference.contact.press import press
@@ -33,8 +33,6 @@ from reference.errors import count_faults, positive_faults, refuse
 from reference.halfspace import Contact, PeriodicOperator
 from reference.halfspace.kernels import cell_energies, wavenumbers
 from reference.loads import Load
-
-Array = NDArray[np.float64]
 
 _ROUNDS = 4
 # Rounding of a sum of squares over all modes, added up by halves, of the few products in each.
@@ -209,13 +207,13 @@ class PeriodicSurface:
             raised += np.maximum(_mean_under(contact.pressure, least) - least, 0.0)
         return best
 
-    def stored_by(self, modes: NDArray[np.complex128]) -> float:
+    def stored_by(self, modes: Modes) -> float:
         """Upper bound of the energy of a displacement, per area."""
         wave = np.hypot(*wavenumbers(self.grid, self.spacing))
         stored = 0.25 * (wave * np.abs(modes) ** 2 * _both_signs(self.grid)).sum()
         return float(stored * (1 + _SUM * EPSILON))
 
-    def least_sum(self, modes: NDArray[np.complex128], pressure: Array) -> Array:
+    def least_sum(self, modes: Modes, pressure: Array) -> Array:
         """Lower bound of v + g on each cell, v the polynomial with the given modes.
 
         The modes at half the sampling frequency must be zero; they are set to zero here. The bound

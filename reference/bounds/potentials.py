@@ -24,15 +24,12 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 from scipy import fft
 
+from reference.arrays import Array, Modes
 from reference.bounds.interval import EPSILON
 from reference.bounds.trigonometric import transform_rounding
 from reference.halfspace.kernels import love
-
-Array = NDArray[np.float64]
-Modes = NDArray[np.complex128]
 
 # Offsets up to which the rest is bounded on parts of a square, and how many parts there are.
 _NEAR, _PARTS = 6, 32

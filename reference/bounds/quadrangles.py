@@ -25,11 +25,9 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from reference.arrays import Array
 from reference.bounds.interval import EPSILON
-
-Array = NDArray[np.float64]
 
 # Sine of the angle between lines below which they count as parallel; the error of that is added.
 _PARALLEL = 1e-10

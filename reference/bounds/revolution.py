@@ -21,16 +21,15 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
+from reference.arrays import Array
 from reference.bounds.dirichlet import Prisms, rings
 from reference.bounds.duality import Rings, energy_above, energy_below, towards_edge
 from reference.bounds.interval import EPSILON, Interval, above, below
 from reference.errors import count_faults, positive_faults, refuse
 from reference.fem.half_space_mesh import power_lines
 
-Array = NDArray[np.float64]
 Law = Callable[[Array], Array]
 
 # Rings and elements per contact radius: widths fall with their third power and beyond.

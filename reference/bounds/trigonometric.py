@@ -13,14 +13,12 @@ import math
 from math import comb, factorial
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import fft
 
+from reference.arrays import Array, Modes
 from reference.bounds.interval import EPSILON
 from reference.halfspace.kernels import wavenumbers
-
-Array = NDArray[np.float64]
-Modes = NDArray[np.complex128]
 
 # Of `transform_rounding`: u; mu; a prime factor from which on a transform may be a convolution.
 _UNIT = 0.5 * EPSILON

@@ -20,7 +20,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq, minimize_scalar
 
-from reference.closed_form.form import Array, ByRadius, ClosedForm, require_positive
+from reference.arrays import Array
+from reference.closed_form.form import ByRadius, ClosedForm, require_positive
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,11 @@ from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from reference.arrays import Array
 from reference.errors import positive_faults, refuse
 
-Array = NDArray[np.float64]
 Law = Callable[[Array], Array]
 
 

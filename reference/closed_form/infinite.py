@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from reference.closed_form.form import Array, checked_load, keep_positive, require_positive
+from reference.arrays import Array
+from reference.closed_form.form import checked_load, keep_positive, require_positive
 from reference.errors import finite_faults, poisson_faults, positive_faults, refuse
 
 

@@ -6,11 +6,9 @@ from collections.abc import Callable
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from reference.arrays import Array
 from reference.errors import ConvergenceError
-
-Array = NDArray[np.float64]
 
 
 @cache

@@ -26,7 +26,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ellipe, ellipk
 
-from reference.closed_form.form import Array, ClosedForm, keep_positive, require_positive
+from reference.arrays import Array
+from reference.closed_form.form import ClosedForm, keep_positive, require_positive
 from reference.closed_form.numerics import gauss_rule
 from reference.errors import poisson_faults, refuse
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import ive, kve
 
+from reference.arrays import Array
 from reference.errors import positive_faults, refuse
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

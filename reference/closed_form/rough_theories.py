@@ -28,18 +28,17 @@ from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.integrate import quad
 from scipy.interpolate import CubicSpline, PchipInterpolator, PPoly
 from scipy.optimize import brentq
 from scipy.special import erf, exp1, gamma, ndtr, pbdv
 
+from reference.arrays import Array
 from reference.closed_form.form import checked_load, require_positive
 from reference.closed_form.numerics import gauss_rule
 from reference.closed_form.shapes import ellipsoid
 from reference.errors import positive_faults, refuse
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,8 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import elliprd, elliprf, poch
 
-from reference.closed_form.form import Array, ByRadius, ClosedForm, require_positive
+from reference.arrays import Array
+from reference.closed_form.form import ByRadius, ClosedForm, require_positive
 from reference.closed_form.numerics import gauss, minus_arctan, minus_tanh, solve_increasing
 
 

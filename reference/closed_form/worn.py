@@ -12,7 +12,8 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.special import gammaln
 
-from reference.closed_form.form import Array, ClosedForm, keep_positive, require_positive
+from reference.arrays import Array
+from reference.closed_form.form import ClosedForm, keep_positive, require_positive
 
 # Polynomials: penetration and force are known to 1e-6 or better from k E* s/b = 1e-3 on.
 _MODES = 200

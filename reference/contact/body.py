@@ -24,14 +24,13 @@ from typing import Any, Self, TypeVar
 
 import numpy as np
 from numba import njit
-from numpy.typing import ArrayLike, DTypeLike, NDArray
+from numpy.typing import ArrayLike, DTypeLike
 from scipy import fft
 
+from reference.arrays import Array, Floats
 from reference.contact import pieces
 from reference.errors import positive_faults, refuse, spacing_faults
 
-Array = NDArray[np.floating]
-Field = NDArray[np.float64]
 Cached = TypeVar("Cached")
 
 # Up to this many padded cells the field is one block: its modes stay in the processor's cache.
@@ -88,7 +87,7 @@ class ElasticBody:
         """Whether cells with g >= d are never in contact, as where pressure lifts no cell."""
         return False
 
-    def coefficients(self, shape: tuple[int, int]) -> Field:
+    def coefficients(self, shape: tuple[int, int]) -> Array:
         """Displacement per pressure at offsets from zero to less than `shape`, of a free body."""
         raise NotImplementedError
 
@@ -106,7 +105,7 @@ class ElasticBody:
         """Drop all that is kept; it is made again when needed."""
         self._cache.clear()
 
-    def _transfer(self) -> Field:
+    def _transfer(self) -> Array:
         """Return the transfer function on the modes of `rfft2`; those of q_x < 0 are not read."""
         raise NotImplementedError
 
@@ -114,7 +113,7 @@ class ElasticBody:
         """Return the same body under other cells."""
         raise NotImplementedError
 
-    def wave_stiffness(self, wavenumber: Field) -> Field:
+    def wave_stiffness(self, wavenumber: Array) -> Array:
         """Return pressure over displacement of waves, in units of E*/2: |q| on the half-space."""
         return wavenumber
 
@@ -125,7 +124,7 @@ class ElasticBody:
         return float(self._cache["unit"])
 
     @property
-    def transfer(self) -> Field:
+    def transfer(self) -> Array:
         """Transfer function from pressure to displacement on the padded grid.
 
         On the modes of `rfft2` with q_x >= 0; it is even in both wavenumbers. A new array.
@@ -153,7 +152,7 @@ class ElasticBody:
             ("convolution", name), lambda: Convolution(self.shape, self._padded, transfer, name)
         )
 
-    def apply(self, pressure: ArrayLike) -> Field:
+    def apply(self, pressure: ArrayLike) -> Array:
         """Return the displacement of all cell centres under cell pressures of shape `shape`."""
         pressure = np.ascontiguousarray(check_pressure(pressure, self.shape))
         displacement = np.asarray(self.convolution(np.float64)(pressure), dtype=np.float64)
@@ -194,7 +193,7 @@ def check_grid(
     refuse(faults)
 
 
-def check_pressure(pressure: ArrayLike, shape: tuple[int, int]) -> Field:
+def check_pressure(pressure: ArrayLike, shape: tuple[int, int]) -> Array:
     """Return the pressure as a double array of the operator's shape, or raise ValueError."""
     pressure = np.asarray(pressure, dtype=float)
     if pressure.shape != shape:
@@ -202,14 +201,14 @@ def check_pressure(pressure: ArrayLike, shape: tuple[int, int]) -> Field:
     return pressure
 
 
-def wavenumbers(shape: tuple[int, int], spacing: tuple[float, float]) -> tuple[Field, Field]:
+def wavenumbers(shape: tuple[int, int], spacing: tuple[float, float]) -> tuple[Array, Array]:
     """Return angular wavenumbers (q_x, q_y) of a real FFT, of shapes (nx, 1) and (1, ny//2 + 1)."""
     qx = 2 * np.pi * fft.fftfreq(shape[0], spacing[0])
     qy = 2 * np.pi * fft.rfftfreq(shape[1], spacing[1])
     return qx[:, None], qy[None, :]
 
 
-def quarter(shape: tuple[int, int], spacing: tuple[float, float]) -> Field:
+def quarter(shape: tuple[int, int], spacing: tuple[float, float]) -> Array:
     """Return |q| for q_x, q_y >= 0, of shape (nx//2 + 1, ny//2 + 1): what even functions need."""
     qx, qy = wavenumbers(shape, spacing)
     return np.hypot(qx[: shape[0] // 2 + 1], qy)
@@ -242,7 +241,7 @@ class Convolution:
         self.padded = padded
         self.transfer = np.array(np.asarray(transfer)[: padded[0] // 2 + 1], dtype, order="C")
 
-    def __call__(self, field: Array, out: Array | None = None) -> Array:
+    def __call__(self, field: Floats, out: Floats | None = None) -> Floats:
         """Return the convolution of a field of the right shape, in the precision of the kernel.
 
         `out` receives the result, by default a new array; it may be the field itself.
@@ -278,7 +277,7 @@ class Convolution:
         pieces.over(rows, pieces.rows_of(width), backward)
         return out
 
-    def _columnwise(self, modes: Array, factors: Array) -> Array:
+    def _columnwise(self, modes: Floats, factors: Floats) -> Floats:
         """Return columns of modes times their factors; overwrites them unless they are padded."""
         # in place where possible, as new memory would cost as much as the arithmetic
         block = fft.fft(modes, self.padded[0], axis=0, overwrite_x=True, workers=1)

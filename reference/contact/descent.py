@@ -24,16 +24,14 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import DTypeLike, NDArray
+from numpy.typing import DTypeLike
 from scipy import fft
 
+from reference.arrays import Array, Floats
 from reference.contact.body import Convolution, ElasticBody, power_of_two, quarter
 from reference.contact.extension import Extension
 from reference.contact.pieces import each_piece, sums
 from reference.errors import ConvergenceError
-
-Field = NDArray[np.float64]
-Array = NDArray[np.floating]
 
 # Precision, whether plain, and the iterations without halving of the violation that end a stage; a
 # working one gains a digit in at most five. Preconditioned by the inverse compliance of waves, in
@@ -78,8 +76,8 @@ class Descended(NamedTuple):
     either precision.
     """
 
-    pressure: Field
-    displacement: Field
+    pressure: Array
+    displacement: Array
     depth: float
     violation: float
     history: list[float]
@@ -89,8 +87,8 @@ class Descended(NamedTuple):
 
 def descend(
     body: ElasticBody,
-    gap: Field,
-    start: Field,
+    gap: Array,
+    start: Array,
     control: str,
     value: float,
     *,
@@ -195,8 +193,8 @@ def descend(
 
 
 def _conjugate_gradients(  # noqa: PLR0913
-    clearance: Array,
-    lower: Array,
+    clearance: Floats,
+    lower: Floats,
     kernel: Convolution,
     inverse: Convolution | None,
     *,
@@ -207,7 +205,7 @@ def _conjugate_gradients(  # noqa: PLR0913
     depth: float,
     patience: int,
     limit: int,
-) -> tuple[Array, list[float], int, bool]:
+) -> tuple[Floats, list[float], int, bool]:
     """Return the correction x, the violations, the convolutions, and whether it stalled.
 
     Fields are flat, in the precision of the iteration. The clearance K x - t, first -t, is kept up

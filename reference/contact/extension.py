@@ -26,10 +26,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import DTypeLike, NDArray
 
+from reference.arrays import Floats
 from reference.contact import pieces
 
-Array = NDArray[np.floating]
-Map = NDArray[np.floating] | NDArray[np.uint8]
+Map = Floats | NDArray[np.uint8]
 
 # A block counts as full if this fraction of its cells is in contact. From 1 to 1/2, iterations
 # differ by a tenth; where any cell fills a block they are two to four times as many.
@@ -64,14 +64,14 @@ class Extension:
         # levels that threads share, and the next one
         large = sum(n * m > pieces.SIZE for n, m in sides)
         starts = np.concatenate([[0], np.cumsum(self._sides.prod(axis=1))])
-        self._levels: list[tuple[Array, Array]] = []
+        self._levels: list[tuple[Floats, Floats]] = []
         for level in range(min(large + 1, len(sides))):
             part = slice(starts[level], starts[level + 1])
             sums, shares = (flat[part].reshape(sides[level]) for flat in (self._sums, self._shares))
             self._levels.append((sums, shares))
         self._first, self._start = len(self._levels) - 1, int(starts[len(self._levels) - 1])
 
-    def extend(self, values: Array, free: NDArray[np.uint8], out: Array) -> Array:
+    def extend(self, values: Floats, free: NDArray[np.uint8], out: Floats) -> Floats:
         """Fill `out` (padded) with `values` on the free cells, which are zero elsewhere, continued.
 
         At least one cell is free; `out` may be `values`.
@@ -80,7 +80,7 @@ class Extension:
         self._over(_spread, self._levels[0][0], values, free, out)
         return out
 
-    def restrict(self, field: Array, free: NDArray[np.uint8], out: Array) -> Array:
+    def restrict(self, field: Floats, free: NDArray[np.uint8], out: Floats) -> Floats:
         """Fill `out` with the transpose of `extend` applied to a field (padded).
 
         `free` are the cells of the last `extend` or `cover`; `out` may be the field.

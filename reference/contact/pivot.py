@@ -29,15 +29,12 @@ from functools import partial
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve, lu_factor, lu_solve
 
+from reference.arrays import Array, Indices, Mask
 from reference.contact.body import ElasticBody, power_of_two
 from reference.errors import ConvergenceError
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-Indices = NDArray[np.intp]
 Respond = Callable[[Indices, Array], tuple[Array, Array]]
 
 # A dense Cholesky factor of this many cells takes 200 MB and seconds: beyond it use descent.

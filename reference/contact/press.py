@@ -13,16 +13,14 @@ from typing import Literal
 
 import numpy as np
 from numba import njit
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from reference.arrays import Array, Mask
 from reference.contact.body import LARGEST_KEPT, Convolution, ElasticBody
 from reference.contact.descent import descend
 from reference.contact.pivot import TabulatedCells, pivot
 from reference.errors import ConvergenceError, choice_faults, refuse
 from reference.loads import Load
-
-Field = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 CONTROLS = {"descent": ("penetration", "force", "mean_gap"), "pivot": ("penetration", "force")}
 
@@ -52,14 +50,14 @@ class Contact:
 
     penetration: float  # rigid approach d after first touch; in contact displacement = d - gap
     force: float  # sum of pressure times cell area
-    pressure: Field  # (nx, ny): cell values, not negative
+    pressure: Array  # (nx, ny): cell values, not negative
     iterations: int  # of the solver, all stages on the finest grid
     # Largest distance from the contact conditions, relative to the penetration: the overlap of
     # cells without pressure or the remaining gap (of either sign) of cells with pressure, whichever
     # is larger; recomputed in double precision for the final pressure.
     violation: float
     operator: ElasticBody = field(repr=False)
-    initial_gap: Field = field(repr=False)
+    initial_gap: Array = field(repr=False)
     # violations of the iterations; of pivoting, wrong cells by round
     history: list[float] = field(default_factory=list, repr=False)
     # of the descent on its grid, in single and in double precision
@@ -71,11 +69,11 @@ class Contact:
         return self.pressure > 0
 
     @cached_property
-    def displacement(self) -> Field:
+    def displacement(self) -> Array:
         """Displacement of all cells, positive into the body."""
         return self.operator.apply(self.pressure)
 
-    def with_displacement(self, displacement: Field) -> Contact:
+    def with_displacement(self, displacement: Array) -> Contact:
         """Return the contact with its displacement, which need not be computed then."""
         known = replace(self)
         vars(known)["displacement"] = displacement
@@ -86,7 +84,7 @@ class Contact:
         vars(self).pop("displacement", None)
 
     @property
-    def gap(self) -> Field:
+    def gap(self) -> Array:
         """Remaining gap of all cells; infinite outside the shape."""
         return self.initial_gap - self.penetration + self.displacement
 
@@ -197,7 +195,7 @@ def sweep(
         return _pivot(body, gap, load, start, max_iterations)
 
     def descend_all() -> Iterator[Contact]:
-        earlier: Field | None = None
+        earlier: Array | None = None
         last = None if start is None else np.asarray(start.pressure, np.float64)
         loads = load.values
         for step, value in enumerate(loads):
@@ -224,10 +222,10 @@ def sweep(
 @np.errstate(over="ignore", invalid="ignore")
 def _descend(
     body: ElasticBody,
-    gap: Field,
+    gap: Array,
     control: str,
     value: float,
-    start: Field | None,
+    start: Array | None,
     cap: float,
     tolerance: float,
     max_iterations: int,
@@ -235,7 +233,7 @@ def _descend(
     """Solve one load by descent; the start is overwritten."""
     finite, lowest, effort = np.isfinite(gap), float(gap.min()), (tolerance, max_iterations)
 
-    def at(depth: float, pressure: Field | None) -> Contact:
+    def at(depth: float, pressure: Array | None) -> Contact:
         return _descend(body, gap, "penetration", depth, pressure, cap, *effort)
 
     # a mean gap is a depth where <u> = 0, else searched for; met to the tolerance times the
@@ -356,8 +354,8 @@ def rectangle(cells: Mask) -> tuple[slice, slice]:
 
 
 def _starting_pressure(
-    body: ElasticBody, gap: Field, control: str, value: float
-) -> tuple[Field, bool]:
+    body: ElasticBody, gap: Array, control: str, value: float
+) -> tuple[Array, bool]:
     """Return a non-negative pressure near the contact, and whether it is that of full contact.
 
     ``control`` is a penetration or a force.
@@ -407,7 +405,7 @@ def _starting_pressure(
     return overlap_pressure(body, gap, depth), False
 
 
-def overlap_depth(body: ElasticBody, gap: Field, force: float) -> float:
+def overlap_depth(body: ElasticBody, gap: Array, force: float) -> float:
     """Return the depth at which the overlap (d - g) has E* V/sqrt(A) = F, 6 % low for Hertz."""
     gaps = np.sort(gap[np.isfinite(gap)])
     count = np.arange(1, gaps.size + 1)
@@ -421,7 +419,7 @@ def overlap_depth(body: ElasticBody, gap: Field, force: float) -> float:
     return float(gaps[above - 1] + share * (gaps[above] - gaps[above - 1]))
 
 
-def overlap_pressure(body: ElasticBody, gap: Field, depth: float) -> Field:
+def overlap_pressure(body: ElasticBody, gap: Array, depth: float) -> Array:
     """Return a pressure proportional to the overlap, of the right order of magnitude.
 
     Zero where no cell overlaps, as at a depth that round-off loses:
@@ -452,13 +450,13 @@ def _interpolate(coarse, fine, periodic):
 
 
 def _search_depth(
-    at: Callable[[float, Field | None], Contact],
+    at: Callable[[float, Array | None], Contact],
     missing: Callable[[Contact], float],
     allowed: Callable[[Contact], float],
     *,
     touch: tuple[float, float],
     depth: float,
-    start: Field | None,
+    start: Array | None,
     name: str,
 ) -> Contact:
     """Return the contact that misses no more than is allowed, with the history of all on the way.
@@ -486,7 +484,7 @@ def _search_depth(
 
 
 def _pivot(
-    body: ElasticBody, gap: Field, load: Load, start: Contact | None, max_iterations: int
+    body: ElasticBody, gap: Array, load: Load, start: Contact | None, max_iterations: int
 ) -> Iterator[Contact]:
     """Pivot on the cells that the body can reach, with depths relative to first touch.
 
@@ -531,12 +529,12 @@ def _pivot(
         yield _from_first_touch(contact, gap) if lowest > 0.0 else contact
 
 
-def started_from(body: ElasticBody, gap: Field, force: float) -> float:
+def started_from(body: ElasticBody, gap: Array, force: float) -> float:
     """Return the depth whose overlap the pivoting starts from under a force, with a margin."""
     return 1.5 * overlap_depth(body, gap, force)
 
 
-def _from_first_touch(contact: Contact, gap: Field) -> Contact:
+def _from_first_touch(contact: Contact, gap: Array) -> Contact:
     """Return the contact of a gap from that of ``gap - gap.min()``.
 
     Depths are computed from the first touch of a cell: for a distant shape, or penetrations below
@@ -557,7 +555,7 @@ def _from_first_touch(contact: Contact, gap: Field) -> Contact:
 def assemble(
     body: ElasticBody,
     gap: ArrayLike,
-    pressure: Field,
+    pressure: Array,
     penetration: float,
     iterations: int,
     history: Sequence[float],
@@ -579,7 +577,7 @@ def assemble(
     return contact.with_displacement(displacement)
 
 
-def violation(clearance: Field, mask: Mask, finite: Mask, penetration: float) -> float:
+def violation(clearance: Array, mask: Mask, finite: Mask, penetration: float) -> float:
     """Return the largest |clearance| in contact or overlap outside, relative to the penetration."""
     inside = np.abs(clearance[mask]).max(initial=0.0)
     overlap = -clearance[finite & ~mask].min(initial=0.0)
@@ -638,7 +636,7 @@ def effort_faults(tolerance: float, max_iterations: int) -> list[str]:
     return faults
 
 
-def check_gap(body: ElasticBody, gap: ArrayLike) -> Field:
+def check_gap(body: ElasticBody, gap: ArrayLike) -> Array:
     """Return the gap as a double array, or raise ValueError with all errors."""
     gap = np.asarray(gap, dtype=float)
     faults = []

@@ -21,12 +21,10 @@ from math import frexp
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from reference.arrays import Array, Mask
 from reference.errors import ConvergenceError
-
-Array = NDArray[np.float64]
 
 # Tractions this close to their bound count as on it.
 ON_BOUND = 1 - 1e-12
@@ -65,7 +63,7 @@ class Tractions:
     displacement: Array
     slip: Array
     # loaded points on their bound, also after the next correction by their slip
-    sliding: NDArray[np.bool_]
+    sliding: Mask
     shift: float  # U, the rigid displacement along x if a total is given, otherwise 0
     # largest difference between q and q + s/own projected onto its bound, over the largest
     # traction; with a total, the share of sum |q| by which it is missed, if larger
@@ -186,7 +184,7 @@ def slide(
 def _free_change(
     body: TangentialBody,
     own: float,
-    state: tuple[NDArray[np.bool_], Array, Array],
+    state: tuple[Mask, Array, Array],
     along_x: Array,
     slip: Array,
     missing: float,

@@ -20,18 +20,18 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.integrate import quad, solve_ivp
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 from scipy.special import beta
 
+from reference.arrays import Array
 from reference.closed_form.form import ClosedForm, require_positive
 from reference.closed_form.numerics import gauss_rule
 from reference.closed_form.shapes import power_law
 from reference.errors import ConvergenceError
 
-Array = NDArray[np.float64]
 Curve = Callable[[Any], Any]
 
 # Contact time of Hertz's impact in units of delta_max/v: 2 int_0^1 dx/sqrt(1 - x^(5/2)).

@@ -14,11 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from reference.arrays import Array
 from reference.errors import ConvergenceError, positive_faults, refuse
-
-Array = NDArray[np.float64]
 
 _EPSILON = float(np.finfo(float).eps)
 _SWEEPS = 10_000

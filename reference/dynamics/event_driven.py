@@ -16,7 +16,8 @@ from numpy.typing import ArrayLike
 from scipy.linalg import eigvals, expm
 from scipy.optimize import brentq
 
-from reference.dynamics.coulomb import Array, Blocks
+from reference.arrays import Array
+from reference.dynamics.coulomb import Blocks
 from reference.errors import ConvergenceError
 
 # Samples per shortest period, enough not to miss two extrema of a sum of harmonics between samples.

@@ -12,15 +12,15 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
+from reference.arrays import Array
 from reference.closed_form.form import ClosedForm, require_positive
 from reference.dynamics.collision import work
 from reference.errors import ConvergenceError, finite_faults, positive_faults, refuse
 
-Array = NDArray[np.float64]
 Rates = Callable[[float, Array], Sequence[float]]
 _MOST_TOUCHES = 10_000
 

@@ -49,13 +49,12 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from reference.arrays import Array, Indices
 from reference.elasticity import Material
 from reference.errors import choice_faults, positive_faults, refuse
 from reference.layered.stack import Stack
 
-Array = NDArray[np.float64]
 Element = Literal["linear", "splines", "quadratic"]
 ELEMENTS: tuple[Element, ...] = ("linear", "splines", "quadratic")
 
@@ -165,7 +164,7 @@ class WaveIntegrals(NamedTuple):
     volumes: Array  # (3, pressures, nodes, waves): pressures and slopes along x and y, and values
     stored: Array  # (pressures, waves): two pressures
     mute: Array  # (pressures, waves): 1 for pressures that act on nothing
-    degrees: NDArray[np.intp]  # (pressures,), in depth
+    degrees: Indices  # (pressures,), in depth
     force: Array  # (nodes, waves): of a pressure on the cell
     point: Array  # at its centre
     wave: Array  # of the wave

@@ -16,15 +16,13 @@ from importlib.util import find_spec
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import cholesky, solve_triangular
 from skfem import MeshHex, MeshTet
 
+from reference.arrays import Array, Integers, Mask
 from reference.fem.element_stiffness import STRESSES
 
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
 # Unknowns of a group of elements, ascending, and the stiffness of the group on them.
 Group = tuple[Integers, Array]
 
@@ -57,7 +55,7 @@ class LinearSystem:
 def linear_system(
     mesh: MeshHex | MeshTet,
     matrices: Array,  # displacements component fastest, then the mean stresses of a mixed form
-    held: NDArray[np.bool_],  # (n, 3): zero displacements
+    held: Mask,  # (n, 3): zero displacements
     retained: Integers,  # (r,): free displacements, each as 3 node + component
     *,
     outer: Integers | None = None,  # (m,): nodes that follow the far field
@@ -311,7 +309,7 @@ def _bisected(system: LinearSystem, keys: Array, elements: Integers) -> tuple[In
 
 def _eliminate(
     group: Group,
-    complete: NDArray[np.bool_],
+    complete: Mask,
     fronts: list[Front | Shift] | None,
     sign: float = 1.0,
 ) -> Group:

@@ -14,11 +14,12 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.linalg import cho_factor, cho_solve
 from skfem import MeshTet
 from skfem.element import ElementHex1, ElementHex2
 
+from reference.arrays import Array, Integers, Mask
 from reference.elasticity import (
     LARGEST_POISSON_RATIO,
     Material,
@@ -53,8 +54,6 @@ from reference.fem.matrix_free import IterativeFlexibility
 from reference.fem.multigrid import MultigridFlexibility
 from reference.fem.solid_mesh import CUBE, SupportedMesh, contact_nodes, tributary_areas
 
-Array = NDArray[np.float64]
-
 HALF_SPACE_SOLVERS = ("nested_dissection", "pardiso", "conjugate_gradients")
 SUPPORTED_SOLVERS = ("nested_dissection", "conjugate_gradients")
 # Linear tetrahedra have one lambda per cell in any rule, and lock.
@@ -77,9 +76,7 @@ class DenseFlexibility:
         compliance = cho_solve(cho_factor(stiffness), np.eye(len(stiffness)))
         return cls(0.5 * (compliance + compliance.T), system)
 
-    def respond(
-        self, inside: NDArray[np.int64], right: Array, softness: Array
-    ) -> tuple[Array, Array]:
+    def respond(self, inside: Integers, right: Array, softness: Array) -> tuple[Array, Array]:
         """Solve ``u_i + softness_i R_i = right_i`` on the points `inside` (k,), R = 0 elsewhere.
 
         `right` (k, m) are m cases; `softness` (k,) is the compliance of springs between the rigid
@@ -115,7 +112,7 @@ class CondensedBody:
     poisson_ratio: float
     scaled_points: Array  # (n, 2), candidate positions on the surface / length
     scaled_weights: Array  # (n,), tributary area of the candidates / length^2 (of the meshed part)
-    nodes: NDArray[np.int64]  # (n,), mesh nodes of the candidates
+    nodes: Integers  # (n,), mesh nodes of the candidates
     # normal displacements for normal forces on the candidates, of the meshed part, scaled
     flexibility: DenseFlexibility | IterativeFlexibility | MultigridFlexibility
     spacing_scaled: float  # size of the surface elements in the contact / length
@@ -167,7 +164,7 @@ class CondensedBody:
         return np.hypot(*(self.scaled_points / np.asarray(self.stretch)).T)
 
     @property
-    def inside_ring(self) -> NDArray[np.bool_]:
+    def inside_ring(self) -> Mask:
         """Mask (n,) of the candidates within or on the mesh circle; empty for a tensor body."""
         return self.scaled_radii <= (0.0 if self.ring is None else self.ring * (1.0 + 1e-9))
 
@@ -299,7 +296,7 @@ def supported_body(
     material: Material,
     *,
     symmetry: int = 1,
-    nodes: NDArray[np.int64] | None = None,
+    nodes: Integers | None = None,
     solver: str = "nested_dissection",
 ) -> CondensedBody:
     """Return a supported body for contact on normal displacements of its surface.
@@ -376,7 +373,7 @@ class Fields:
 
     points: Array  # (m, 3), z points into the half-space
     # (k, 8) or (k, 4), corners in VTK order of hexahedra (eight of a 27-node one) or tetrahedra
-    cells: NDArray[np.int64]
+    cells: Integers
     displacement: Array  # (m, 3)
     stress: Array  # (m, 6), xx, yy, zz, yz, xz, xy; tension positive
     von_mises: Array  # (m,)

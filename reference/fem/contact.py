@@ -13,12 +13,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize_scalar
 from scipy.special import ellipk
 from skfem.element import ElementQuad1, ElementQuad2
 
+from reference.arrays import Array, Integers, Mask
 from reference.contact.pivot import pivot
 from reference.errors import ConvergenceError, choice_faults, count_faults, positive_faults, refuse
 from reference.fem.condensed_body import CondensedBody, DenseFlexibility
@@ -27,9 +28,6 @@ from reference.loads import LoadPath
 
 METHODS = ("active_set", "penalty", "augmented_lagrangian")
 CONTROLS = ("penetration", "force")
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +139,7 @@ def press(
         per_area = enforcement.penalty / (1.0 - body.poisson_ratio**2) / body.spacing_scaled
         softness = 1.0 / (per_area * weights)
 
-    def respond(inside: NDArray[np.int64], right: Array) -> tuple[Array, Array]:
+    def respond(inside: Integers, right: Array) -> tuple[Array, Array]:
         return body.flexibility.respond(inside, right, softness[inside])
 
     def steps(active: Mask) -> Iterator[NodalContact]:

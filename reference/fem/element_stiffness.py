@@ -8,10 +8,10 @@ batched matrix product, 26 to 96 times faster.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from skfem import MeshHex, MeshHex2, MeshTet
 from skfem.element import ElementHex2, ElementQuad1, ElementQuad2, ElementTetP2
 
+from reference.arrays import Array, Integers
 from reference.elasticity import lame_parameters
 
 # Elements whose gradients are held at once: 20 MB of them, and of products.
@@ -19,7 +19,7 @@ AT_ONCE = 256
 STRESSES = 4  # mean-stress unknowns of an element: a constant, and three slopes
 
 
-def gauss_rule(count: int, dimensions: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def gauss_rule(count: int, dimensions: int) -> tuple[Array, Array]:
     """Return a tensor Gauss rule on the unit line, square or cube: points (dimensions, n), weights.
 
     Passed to scikit-fem explicitly, because the rule selected by ``intorder`` for hexahedra has
@@ -34,13 +34,13 @@ def gauss_rule(count: int, dimensions: int) -> tuple[NDArray[np.float64], NDArra
     return points.reshape(dimensions, -1), product.ravel()
 
 
-def gauss_square(per_direction: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def gauss_square(per_direction: int) -> tuple[Array, Array]:
     """Return the rule on the unit square with x running first, as the nodes of faces do."""
     points, weights = gauss_rule(per_direction, 2)
     return points[::-1], weights
 
 
-def simplex_points(degree: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def simplex_points(degree: int) -> tuple[Array, Array]:
     """Return a rule on the unit tetrahedron exact to `degree` 0, 1 (one point) or 2 (four).
 
     Four points on the medians (Zienkiewicz & Taylor 2000, *The Finite Element Method*, table 9.2):
@@ -59,14 +59,14 @@ def element_order(mesh: MeshHex | MeshTet) -> int:
     return 2 if mesh.elem in (ElementHex2, ElementTetP2) else 1
 
 
-def facet_nodes(mesh: MeshHex, facets: NDArray[np.int64]) -> NDArray[np.int64]:
+def facet_nodes(mesh: MeshHex, facets: Integers) -> Integers:
     """Return numbers of all nodes (corner, edge and face nodes) on the given facets."""
     return np.asarray(mesh.dofs.get_facet_dofs(facets).flatten(), dtype=np.int64)
 
 
 def facet_quadrature(
-    mesh: MeshHex, facets: NDArray[np.int64], per_direction: int
-) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    mesh: MeshHex, facets: Integers, per_direction: int
+) -> tuple[Integers, Array, Array, Array]:
     """Return Gauss points on the facets of hexahedra.
 
     That is nodes (facets, n), values of their shape functions (n, points), points (facets, points,
@@ -91,7 +91,7 @@ def facet_quadrature(
 
 def shape_gradients(
     mesh: MeshHex | MeshTet, per_direction: int, part: slice = slice(None)
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Array, Array]:
     """Return gradients (elements, points, nodes, 3) of the scalar shape functions, and volumes.
 
     At Gauss points, whose volumes (elements, points) are weight times Jacobian. Hexahedra use
@@ -117,7 +117,7 @@ def shape_gradients(
     return gradients, np.abs(determinant) * weights
 
 
-def stiffness_matrices(mesh: MeshHex | MeshTet, poisson_ratio: float) -> NDArray[np.float64]:
+def stiffness_matrices(mesh: MeshHex | MeshTet, poisson_ratio: float) -> Array:
     """Return stiffness matrices (elements, 3 nodes, 3 nodes) for a unit Young's modulus.
 
     ``K = int lambda div(v) div(u) + 2 mu eps(v) : eps(u)``; degrees of freedom are ordered
@@ -150,7 +150,7 @@ def stiffness_matrices(mesh: MeshHex | MeshTet, poisson_ratio: float) -> NDArray
     return result
 
 
-def mixed_matrices(mesh: MeshHex2, poisson_ratio: float) -> NDArray[np.float64]:
+def mixed_matrices(mesh: MeshHex2, poisson_ratio: float) -> Array:
     """Return symmetric indefinite matrices (elements, 81 + 4, 81 + 4) for a unit Young's modulus.
 
     ``int 2 mu eps(u) : eps(v) + s div v = f(v)`` and ``int t (div u - s / lambda) = 0`` for the
@@ -174,7 +174,7 @@ def mixed_matrices(mesh: MeshHex2, poisson_ratio: float) -> NDArray[np.float64]:
     return result
 
 
-def mean_stress_modes(mesh: MeshHex2, per_direction: int) -> NDArray[np.float64]:
+def mean_stress_modes(mesh: MeshHex2, per_direction: int) -> Array:
     """Return 1 and the coordinates in the element at its Gauss points, (elements, points, 4).
 
     Relative to centre and size of the element: linear in space, not in local coordinates, which
@@ -190,18 +190,14 @@ def mean_stress_modes(mesh: MeshHex2, per_direction: int) -> NDArray[np.float64]
     return np.concatenate([np.ones((*local.shape[:2], 1)), local], axis=2)
 
 
-def _gradient_products(
-    gradients: NDArray[np.float64], volumes: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _gradient_products(gradients: Array, volumes: Array) -> Array:
     """Return ``int dN_a/dx_i dN_b/dx_j`` as (elements, 3 nodes, 3 nodes); weights the gradients."""
     flat = gradients.reshape(*gradients.shape[:2], -1)
     flat *= np.sqrt(volumes)[..., None]
     return np.matmul(flat.transpose(0, 2, 1), flat)
 
 
-def _shear_stiffness(
-    products: NDArray[np.float64], shear: float, result: NDArray[np.float64]
-) -> None:
+def _shear_stiffness(products: Array, shear: float, result: Array) -> None:
     """Set ``int 2 mu eps(v) : eps(u)`` from the products of gradients."""
     count, size, _ = products.shape
     split = products.reshape(count, size // 3, 3, size // 3, 3)

@@ -12,9 +12,8 @@ All fields are for a unit Young's modulus, z into the half-space.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from reference.arrays import Array
 
 
 def boussinesq(points: Array, poisson_ratio: float) -> tuple[Array, Array]:

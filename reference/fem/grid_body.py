@@ -28,9 +28,9 @@ from functools import cached_property, lru_cache
 from typing import Any, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import fft
 
+from reference.arrays import Array
 from reference.contact import press as unilateral
 from reference.contact.body import check_grid
 from reference.contact.press import Contact, assemble, check_gap
@@ -53,7 +53,6 @@ from reference.layered.layered_grid import (
 from reference.layered.stack import Graded, Stack
 from reference.loads import Load
 
-Array = NDArray[np.float64]
 Bottom = Literal["clamped", "impedance"]
 BOTTOMS: tuple[Bottom, ...] = ("clamped", "impedance")
 

@@ -10,16 +10,15 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import cumulative_simpson
 from skfem import MeshHex, MeshHex2
 
+from reference.arrays import Array, Integers, Mask
 from reference.errors import choice_faults, count_faults, positive_faults, refuse
 from reference.fem.solid_mesh import KINDS, SolidMesh
 
-Array = NDArray[np.float64]
 Planes = tuple[bool, bool]
-Region = Callable[[Array, Array], NDArray[np.bool_]]
+Region = Callable[[Array, Array], Mask]
 
 # Whether x = 0 and y = 0 are planes of symmetry, of which only the positive sides are meshed.
 SYMMETRIES = {
@@ -69,12 +68,12 @@ class GradedMesh:
     """A mesh, its facets at z = 0 and towards the unmeshed exterior, and its planes of symmetry."""
 
     mesh: MeshHex
-    surface: NDArray[np.int64]
-    outer: NDArray[np.int64]
+    surface: Integers
+    outer: Integers
     planes: Planes = (False, False)
 
     @property
-    def held(self) -> NDArray[np.bool_]:
+    def held(self) -> Mask:
         """The displacements (nodes, 3) that symmetry holds."""
         held = np.zeros((self.mesh.p.shape[1], 3), dtype=bool)
         for axis, plane in enumerate(self.planes):
@@ -165,9 +164,7 @@ def _with_midpoints(lines: Array) -> Array:
     return result
 
 
-def _with_boundaries(
-    mesh: MeshHex, sides: list[NDArray[np.bool_]], depth: float, planes: Planes
-) -> GradedMesh:
+def _with_boundaries(mesh: MeshHex, sides: list[Mask], depth: float, planes: Planes) -> GradedMesh:
     """Return the mesh with surface and outer facets, those with all corners on a side."""
     surface, *outer = (
         side[mesh.facets].all(axis=0) for side in (mesh.p[2] == 0.0, mesh.p[2] == depth, *sides)

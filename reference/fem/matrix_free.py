@@ -17,12 +17,12 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import eigh, lapack
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 from skfem.element import ElementLineP1, ElementLineP2, ElementQuad1, ElementQuad2
 
+from reference.arrays import Array, Integers, Mask
 from reference.elasticity import lame_parameters
 from reference.errors import ConvergenceError
 from reference.fem.condensation import LinearSystem
@@ -33,9 +33,6 @@ from reference.fem.element_stiffness import (
     gauss_square,
 )
 from reference.fem.half_space_mesh import GradedMesh
-
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 MOST_STEPS = 1000  # of conjugate gradients
 # Relative residual in the norm of the preconditioner. The force is stationary: its error is of the
@@ -279,7 +276,7 @@ class SeparatedInverse:
     levels.
     """
 
-    def __init__(self, stiffness: ExtrudedStiffness, free: NDArray[np.bool_]) -> None:
+    def __init__(self, stiffness: ExtrudedStiffness, free: Mask) -> None:
         self.mass, self.slopes = stiffness.products.depth_mass, stiffness.products.depth_slopes
         nodes = [np.flatnonzero(component[:, 0]) for component in free]
         # modes of all levels but the lowest, and of those below a held surface
@@ -290,7 +287,7 @@ class SeparatedInverse:
         self.below = _PlaneInverses(alone[2], held, nodes[2])
         self.normal = alone[2]
 
-    def __call__(self, load: Array, touching: NDArray[np.bool_]) -> Array:
+    def __call__(self, load: Array, touching: Mask) -> Array:
         """Return displacements under loads (3, n, levels), normal ones zero where it touches.
 
         `touching` (n,) are the plane nodes at the surface with prescribed normal displacement.
@@ -405,7 +402,7 @@ class IterativeFlexibility:
         values[numbers[numbers >= 0]] = whole[numbers >= 0]
         return values
 
-    def _solve(self, load: Array, free: NDArray[np.bool_]) -> Array:
+    def _solve(self, load: Array, free: Mask) -> Array:
         """Solve for the free unknowns, others zero."""
         size, shape = self.numbers.size, self.numbers.shape
         touching = (self.free & ~free)[:size].reshape(shape)[2, :, 0]

@@ -9,14 +9,11 @@ of a factorisation with their powers 4/3 and 2.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import cho_factor, cho_solve, pinvh
 
+from reference.arrays import Array, Integers, Mask
 from reference.fem.matrix_free import conjugate_gradients
-
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 COLUMN_TOLERANCE = 1e-8  # relative residual in the norm of the preconditioner
 AT_ONCE = 32  # right-hand sides: matrices are read once for all of them
@@ -35,7 +32,7 @@ class MultigridFlexibility:
         matrices: Array,  # (elements, 3 n, 3 n), component first
         elements: Integers,  # (elements, n), nodes
         points: Array,  # (nodes, 3)
-        free: NDArray[np.bool_],  # (nodes, 3), not held; no rigid motion is left
+        free: Mask,  # (nodes, 3), not held; no rigid motion is left
         candidates: Integers,  # (c,), nodes that carry normal forces
     ) -> None:
         self.free = free.ravel()

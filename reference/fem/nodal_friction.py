@@ -19,9 +19,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.linalg import cho_factor, cho_solve
 
+from reference.arrays import Array, Mask
 from reference.elasticity import LARGEST_POISSON_RATIO, Material
 from reference.errors import (
     ConvergenceError,
@@ -35,8 +36,6 @@ from reference.fem.element_stiffness import facet_nodes, stiffness_matrices
 from reference.fem.far_field import boussinesq, cerruti
 from reference.fem.half_space_mesh import growing_lines, ring_mesh
 from reference.loads import LoadPath
-
-Array = NDArray[np.float64]
 
 # Newton steps towards prescribed forces, their relative error, and the finite-difference step as a
 # fraction of the penetration.
@@ -57,7 +56,7 @@ class FrictionalBody:
 
     points: Array  # (n, 2), candidate contact points
     compliance: Array  # (n, 3, n, 3)
-    fixed: NDArray[np.bool_]  # (n,), on the plane of symmetry, which do not move normal to it
+    fixed: Mask  # (n,), on the plane of symmetry, which do not move normal to it
     unknowns: int
 
 
@@ -131,7 +130,7 @@ class NodalStep:
     force: float
     tangential_force: float
     reactions: Array  # (n, 3), nodal forces on the meshed half
-    sticking: NDArray[np.bool_]  # (n,), nodes in contact below their bound
+    sticking: Mask  # (n,), nodes in contact below their bound
     error: float  # largest one of a displacement in the contact conditions, over the penetration
     sweeps: int
 

@@ -16,10 +16,10 @@ from typing import Any, Literal
 
 import numpy as np
 import skfem
-from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 from skfem.helpers import ddot, div, dot, sym_grad
 
+from reference.arrays import Array
 from reference.elasticity import LARGEST_POISSON_RATIO
 from reference.errors import choice_faults, count_faults, refuse
 from reference.fem.half_space_mesh import graded_lines
@@ -41,10 +41,10 @@ class SectionContact:
 
     radius: float  # R/a
     stiffness: float  # F/(E* a d) of the axisymmetric body, F/(E* d) per length in plane strain
-    radii: NDArray[np.float64]  # (m,), rho/a around the centre of the punch, the last one R/a
-    energy: NDArray[np.float64]  # fraction of the elastic energy F d/2 within these radii
-    mean_displacement: NDArray[np.float64]  # of u_z/d over the part within these radii
-    mean_square_displacement: NDArray[np.float64]  # of |u|^2/d^2 over the same parts
+    radii: Array  # (m,), rho/a around the centre of the punch, the last one R/a
+    energy: Array  # fraction of the elastic energy F d/2 within these radii
+    mean_displacement: Array  # of u_z/d over the part within these radii
+    mean_square_displacement: Array  # of |u|^2/d^2 over the same parts
 
 
 def press_section(
@@ -155,7 +155,7 @@ def press_section(
     outer = plain.p[0][plain.t].max(axis=0)
     inside = [outer <= np.arccosh(rho) * (1 + 1e-9) for rho in arguments]
 
-    def within(integrand: Callable[[Any], Any]) -> NDArray[np.float64]:
+    def within(integrand: Callable[[Any], Any]) -> Array:
         parts = skfem.Functional(integrand).elemental(basis, u=field)
         return np.array([parts[chosen].sum() for chosen in inside])
 

@@ -11,17 +11,14 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from skfem import MeshHex, MeshHex2, MeshTet, MeshTet2
 from skfem.quadrature import get_quadrature_tri
 
+from reference.arrays import Array, Integers, Mask
 from reference.errors import refuse
 from reference.fem.element_stiffness import gauss_rule, gauss_square, simplex_points
-
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 # Relative Jacobian that counts as zero.
 NO_VOLUME = 1e-9
@@ -120,7 +117,7 @@ class CellKind:
             for face in range(len(self.faces))
         ]
 
-    def _on_face(self, points: Array, face: int) -> NDArray[np.bool_]:
+    def _on_face(self, points: Array, face: int) -> Mask:
         first, second, third = self.locations[self.faces[face][:3]]
         normal = np.cross(second - first, third - first)
         return np.abs((points - first) @ normal) < 1e-9  # reference cells have unit size
@@ -206,7 +203,7 @@ class SolidMesh:
         _, first, counts = np.unique(corners, axis=0, return_index=True, return_counts=True)
         return np.stack(np.divmod(np.sort(first[counts == 1]), len(self.kind.faces)), axis=1)
 
-    def faces_within(self, inside: NDArray[np.bool_]) -> Integers:
+    def faces_within(self, inside: Mask) -> Integers:
         """Return the boundary faces (k, 2) with all corners among the marked nodes (n,)."""
         cells, faces = self.boundary_faces.T
         return self.boundary_faces[inside[self.face_corners[cells, faces]].all(axis=1)]
@@ -332,8 +329,8 @@ class SupportedMesh:
     """
 
     solid: SolidMesh
-    surface: NDArray[np.int64]
-    fixed: NDArray[np.bool_]
+    surface: Integers
+    fixed: Mask
 
     def __post_init__(self) -> None:
         points, fixed = self.solid.points, self.fixed
@@ -347,7 +344,7 @@ class SupportedMesh:
         refuse(faults)
 
 
-def contact_nodes(mesh: SolidMesh, surface: NDArray[np.int64]) -> NDArray[np.int64]:
+def contact_nodes(mesh: SolidMesh, surface: Integers) -> Integers:
     """Return the surface nodes that can carry contact forces, ordered by x, then y.
 
     These have a tributary area: all nodes of hexahedra and linear tetrahedra, the mid-edge nodes of
@@ -358,7 +355,7 @@ def contact_nodes(mesh: SolidMesh, surface: NDArray[np.int64]) -> NDArray[np.int
     return nodes[np.lexsort(mesh.points[nodes, 1::-1].T)]
 
 
-def free_motions(points: NDArray[np.float64], fixed: NDArray[np.bool_]) -> list[str]:
+def free_motions(points: Array, fixed: Mask) -> list[str]:
     """Return the names of unsupported rigid motions, empty if the body is held.
 
     A body held along z at the bottom can still slide and rotate:
@@ -383,7 +380,7 @@ def free_motions(points: NDArray[np.float64], fixed: NDArray[np.bool_]) -> list[
     return [name for name, size in zip(RIGID_MOTIONS, share, strict=True) if size > 0.1]
 
 
-def tributary_areas(mesh: SolidMesh, surface: NDArray[np.int64]) -> NDArray[np.float64]:
+def tributary_areas(mesh: SolidMesh, surface: Integers) -> Array:
     """Return the consistent tributary areas (n,) of the nodes, projected along z."""
     weights = np.zeros(len(mesh.points))
     for nodes, shapes, areas in mesh.face_integrals(surface):

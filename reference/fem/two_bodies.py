@@ -14,12 +14,12 @@ from dataclasses import dataclass, replace
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from skfem import MeshTet
 from skfem.element import ElementQuad1, ElementQuad2
 from skfem.quadrature import get_quadrature_tri
 
+from reference.arrays import Array, Integers
 from reference.errors import ConvergenceError, choice_faults, refuse
 from reference.fem.condensed_body import CondensedBody, DenseFlexibility
 from reference.fem.contact import NodalContact, press
@@ -28,8 +28,6 @@ from reference.loads import LoadPath
 
 COUPLINGS = ("mortar", "node_to_surface")
 MULTIPLIERS = ("dual", "standard")
-Array = NDArray[np.float64]
-Numbers = NDArray[np.int64]
 Gap = Callable[[Array, Array], Array]
 NO_OVERLAP = "the contact surfaces of the two bodies do not overlap"
 # Products of biquadratic functions have degree 8 on parallelograms; on other quadrilaterals they
@@ -232,7 +230,7 @@ def _node_to_surface(master: ContactFaces, slave: CondensedBody, shape: tuple[in
 
 
 def _scattered(
-    values: Array, rows: Numbers, columns: Numbers, shape: tuple[int, int]
+    values: Array, rows: Integers, columns: Integers, shape: tuple[int, int]
 ) -> csr_matrix:
     """Add up blocks (t, i, j) at rows (t, i) and columns (t, j)."""
     where = np.broadcast_arrays(rows[:, :, None], columns[:, None, :])
@@ -264,7 +262,7 @@ class ContactFaces:
         beside = np.abs(np.einsum("mcd,cn->mnd", corners, at_nodes) - places).max(axis=(1, 2))
         if (beside > STRAIGHT * np.ptp(corners, axis=1).max(axis=1)).any():
             raise ValueError("two bodies need contact faces with straight sides and even nodes")
-        self.nodes: Numbers = candidate[numbers]
+        self.nodes: Integers = candidate[numbers]
         self.corners: Array = corners * (body.length / length)
 
     def shapes(self, local: Array) -> Array:
@@ -272,7 +270,7 @@ class ContactFaces:
         values = _shape_functions(self.order, local.reshape(-1, 2).T)
         return values.T.reshape(*local.shape[:-1], -1)
 
-    def local(self, face: Numbers, points: Array) -> Array:
+    def local(self, face: Integers, points: Array) -> Array:
         """Return reference coordinates (k, ..., 2) of points (k, ..., 2) of faces (k,).
 
         By Newton's method on the bilinear map; one step for parallelograms.
@@ -306,7 +304,7 @@ def _shape_functions(order: int, local: Array) -> Array:
     return np.array([element.lbasis(local, i)[0] for i in range(len(element.doflocs))])
 
 
-def overlap_triangles(first: Array, second: Array) -> tuple[Array, Numbers]:
+def overlap_triangles(first: Array, second: Array) -> tuple[Array, Integers]:
     """Return the intersections of the faces of two plane meshes (Puso & Laursen 2004).
 
     Faces (m, 4, 2) and (n, 4, 2) are corners of convex quadrilaterals in cyclic order of either

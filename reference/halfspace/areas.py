@@ -37,15 +37,12 @@ from scipy import special
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from reference.arrays import Array, Mask
 from reference.contact.body import ElasticBody
 from reference.contact.descent import descend
 from reference.contact.press import Contact
 from reference.errors import refuse, spacing_faults
 from reference.halfspace.punches import EDGE_COMPLIANCE, EDGE_OFFSET
-
-Mask = NDArray[np.bool_]
-
-Field = NDArray[np.float64]
 
 # Yastrebov, Anciaux & Molinari (2017): mean excess of counted area per cell edge of the rim
 _PERIMETER_FACTOR = (np.pi - 1 + np.log(2)) / 24
@@ -56,11 +53,11 @@ class Patches:
     """Connected contact patches: their number, their areas, and which cells are of which."""
 
     count: int
-    areas: NDArray[np.float64]
+    areas: Array
     labels: NDArray[np.int32]  # k in the cells of areas[k - 1]; 0: no contact
 
 
-def _checked(mask: ArrayLike, spacing: tuple[float, float]) -> NDArray[np.bool_]:
+def _checked(mask: ArrayLike, spacing: tuple[float, float]) -> Mask:
     """Return the mask as booleans, or raise ValueError with all errors."""
     values = np.asarray(mask)
     faults = []
@@ -145,7 +142,7 @@ class Response:
     """Response of a fixed contact set to a unit of depth."""
 
     stiffness: float  # dF/dd; infinite where a whole period touches
-    pressure: NDArray[np.float64]  # (nx, ny): dp/dd, of either sign
+    pressure: Array  # (nx, ny): dp/dd, of either sign
     mean_displacement: float  # of all cells
 
 
@@ -393,7 +390,7 @@ class WholePatch:
     contact_area: float
 
 
-def reaches_rim(mask: NDArray[np.bool_]) -> bool:
+def reaches_rim(mask: Mask) -> bool:
     """Whether contact reaches the rim of a grid."""
     return bool(mask[[0, -1]].any() or mask[:, [0, -1]].any())
 
@@ -437,7 +434,7 @@ def on_whole_patch(contact: Contact, response: Response, control: str, area: flo
     )
 
 
-def _growth(mask: NDArray[np.bool_]) -> float:
+def _growth(mask: Mask) -> float:
     """Return d ln A/d ln F: 1 at light loads, 0 at full contact.
 
     Of random surfaces, A/A0 = erf(x), x in proportion to F (B. N. J. Persson, J. Chem. Phys. 115

@@ -25,17 +25,15 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.sparse.linalg import LinearOperator, minres
 
+from reference.arrays import Array, Mask
 from reference.contact.body import ElasticBody
 from reference.contact.press import check_gap, effort_faults, press
 from reference.errors import ConvergenceError, positive_faults, refuse
 from reference.loads import Load
 
-Mask = NDArray[np.bool_]
-
-Field = NDArray[np.float64]
 # (a, b, value): a d + b F = value.
 Constraint = tuple[float, float, float]
 
@@ -49,9 +47,9 @@ class CohesiveLaw:
     strength: float  # sigma(0), the largest tension
     reach: float  # w/sigma(0), the range
     # sigma(h), -sigma'(h) >= 0 and the integral of sigma from h to infinity, on arrays
-    tension: Callable[[Field], Field]
-    softening: Callable[[Field], Field]
-    energy: Callable[[Field], Field]
+    tension: Callable[[Array], Array]
+    softening: Callable[[Array], Array]
+    energy: Callable[[Array], Array]
 
     def weakened(self, share: float) -> CohesiveLaw:
         """Return the law with all tensions scaled by a factor, and the same range."""
@@ -75,7 +73,7 @@ def exponential(work: float, reach: float) -> CohesiveLaw:
     refuse(positive_faults(work=work, reach=reach))
     strength = work / reach
 
-    def tension(h: Field) -> Field:
+    def tension(h: Array) -> Array:
         return strength * np.exp(-h / reach)
 
     return CohesiveLaw(
@@ -104,15 +102,15 @@ def dugdale(work: float, strength: float, ramp: float = 0.3) -> CohesiveLaw:
     reach = work / strength
     low, high = (1 - ramp) * reach, (1 + ramp) * reach
 
-    def tension(h: Field) -> Field:
+    def tension(h: Array) -> Array:
         t = np.clip((high - h) / (high - low), 0.0, 1.0)
         return strength * t * t * (3 - 2 * t)
 
-    def softening(h: Field) -> Field:
+    def softening(h: Array) -> Array:
         t = np.clip((high - h) / (high - low), 0.0, 1.0)
         return 6 * strength / (high - low) * t * (1 - t)
 
-    def energy(h: Field) -> Field:
+    def energy(h: Array) -> Array:
         t = np.clip((high - h) / (high - low), 0.0, 1.0)
         return strength * ((high - low) * t**3 * (1 - t / 2) + np.maximum(low - h, 0.0))
 
@@ -134,8 +132,8 @@ class CohesiveContact:
     # d (negative before first touch) and F (negative when pulling)
     penetration: float
     force: float
-    pressure: Field = field(repr=False)  # (nx, ny): cell values; negative in tension
-    gap: Field = field(repr=False)  # remaining gap, zero in contact
+    pressure: Array = field(repr=False)  # (nx, ny): cell values; negative in tension
+    gap: Array = field(repr=False)  # remaining gap, zero in contact
     mask: Mask = field(repr=False)  # cells in contact
     iterations: int  # number of Newton steps
     # largest error of a gap relative to the reach of the law, or of a tension relative to its
@@ -161,14 +159,14 @@ class CohesiveProblem:
         one_cell[0, 0] = 1.0
         self.cell_compliance = float(operator.apply(one_cell).max())
 
-    def force(self, pressure: Field) -> float:
+    def force(self, pressure: Array) -> float:
         """Return the sum of the pressures times the cell area."""
         return float(pressure.sum()) * self.operator.cell_area
 
     def at_penetration(
         self,
         penetration: float,
-        start: Field | None = None,
+        start: Array | None = None,
         tolerance: float = 1e-8,
         max_iterations: int = 40,
     ) -> CohesiveContact:
@@ -198,7 +196,7 @@ class CohesiveProblem:
         return self.newton(start, penetration, fixed, tolerance, max_iterations)
 
     def at_force(
-        self, force: float, penetration: float, start: Field, tolerance: float = 1e-8
+        self, force: float, penetration: float, start: Array, tolerance: float = 1e-8
     ) -> CohesiveContact:
         """Return the equilibrium at a force, from a penetration and pressures close to it."""
         fixed = (0.0, 1.0, force)
@@ -206,7 +204,7 @@ class CohesiveProblem:
 
     def newton(
         self,
-        pressure: Field,
+        pressure: Array,
         penetration: float,
         constraint: Constraint,
         tolerance: float,
@@ -257,7 +255,7 @@ class CohesiveProblem:
 class _Linearised:
     """Newton's equations about one iterate."""
 
-    def __init__(self, problem: CohesiveProblem, pressure: Field, penetration: float) -> None:
+    def __init__(self, problem: CohesiveProblem, pressure: Array, penetration: float) -> None:
         self.problem = problem
         apply, law, solid = problem.operator.apply, problem.law, problem.solid
         self.gap = problem.initial_gap - penetration + apply(pressure)
@@ -277,7 +275,7 @@ class _Linearised:
             float(np.abs(self.residual).max()) / law.strength,
         )
 
-    def change(self, depth: float, *, with_residual: bool, rtol: float) -> Field:
+    def change(self, depth: float, *, with_residual: bool, rtol: float) -> Array:
         """Return the change of the pressures with the penetration, with or without the residual.
 
         MINRES ends at the tolerance `rtol`, relative to the right-hand side.
@@ -288,7 +286,7 @@ class _Linearised:
             right += np.where(self.contact, self.gap, 0.0) - apply(self.residual)
         shape = weight.shape
 
-        def act(flat: Field) -> Field:
+        def act(flat: Array) -> Array:
             z = flat.reshape(shape)
             return (np.where(self.contact, 0.0, z) - weight * apply(weight * z)).ravel()
 
@@ -319,9 +317,9 @@ class CohesivePath:
     """Equilibria in the order of the path, from compression to separation; arrays of shape (k,)."""
 
     # d and F
-    penetration: Field
-    force: Field
-    contact_area: Field  # area of the cells in contact
+    penetration: Array
+    force: Array
+    contact_area: Array  # area of the cells in contact
     points: tuple[CohesiveContact, ...]  # the equilibria
 
     def follow(self, control: str, loads: ArrayLike) -> list[tuple[int, float]]:
@@ -348,7 +346,7 @@ class CohesivePath:
             places.append(place)
         return places
 
-    def _load(self, control: str) -> Field:
+    def _load(self, control: str) -> Array:
         if control not in ("force", "penetration"):
             raise ValueError(f"control must be 'force' or 'penetration', not {control!r}")
         return self.force if control == "force" else self.penetration
@@ -372,7 +370,7 @@ class CohesivePath:
         folds = np.flatnonzero((load[1:-1] >= load[:-2]) & (load[1:-1] > load[2:])) + 1
         return self._around(load, int(folds[-1])) if folds.size else None
 
-    def _around(self, load: Field, at: int) -> tuple[float, float]:
+    def _around(self, load: Array, at: int) -> tuple[float, float]:
         """Return penetration and force at the extremum of a parabola of the load about a point."""
         three = slice(at - 1, at + 2)
         d, force = self.penetration[three], self.force[three]

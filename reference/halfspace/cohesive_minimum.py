@@ -16,17 +16,16 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import fft
 from scipy.optimize import minimize
 
+from reference.arrays import Array, Mask
 from reference.contact.body import ElasticBody
 from reference.contact.press import check_gap
 from reference.errors import ConvergenceError, refuse
 from reference.halfspace.cohesive import CohesiveLaw
 from reference.halfspace.kernels import whole
-
-Field = NDArray[np.float64]
 
 _MEMORY, _ITERATIONS = 20, 20_000
 _SETTINGS = 12  # of the machine at most; each cuts the error by the ratio of both stiffnesses
@@ -42,10 +41,10 @@ class Settled:
 
     force: float  # F, negative when pulling
     # (nx, ny): gap, and net pressure on the body: negative in tension
-    gap: Field = field(repr=False)
-    pressure: Field = field(repr=False)
+    gap: Array = field(repr=False)
+    pressure: Array = field(repr=False)
     # cells pressed together: in contact, under compression
-    mask: NDArray[np.bool_] = field(repr=False)
+    mask: Mask = field(repr=False)
     residual: float  # largest unbalanced tension, relative to the strength of the law
 
     @property
@@ -73,14 +72,14 @@ class Adhesive:
         # units of pressure, and of energy per area
         self._unit = float(self._stiffness.max()) * law.reach
 
-    def at_force(self, force: float, start: Field) -> Settled:
+    def at_force(self, force: float, start: Array) -> Settled:
         """Return the equilibrium under a force F >= 0 that is downhill from a field of gaps."""
         if not force >= 0:
             refuse([f"force must be at least 0, not {force!r}: pulls have no least energy"])
         area = self.operator.cell_area * start.size
         return self._downhill(start, load=force / area)
 
-    def at_setting(self, setting: float, start: Field) -> Settled:
+    def at_setting(self, setting: float, start: Array) -> Settled:
         """Return the equilibrium in the machine, downhill from a field of gaps.
 
         Its mean gap exceeds the setting by F/(A0 S_max), the deflection of the machine.
@@ -88,7 +87,7 @@ class Adhesive:
         machine = float(self._stiffness.max())
         return self._downhill(start, machine=machine, setting=setting)
 
-    def at_mean_gap(self, mean: float, start: Field, force: float) -> Settled:
+    def at_mean_gap(self, mean: float, start: Array, force: float) -> Settled:
         """Return the equilibrium at a mean gap, to a thousandth of the reach of the law.
 
         The machine's first setting is that for `force`, an estimate of F.
@@ -105,7 +104,7 @@ class Adhesive:
         raise ConvergenceError("no adhesive equilibrium at this mean gap", history)
 
     def _downhill(
-        self, start: Field, *, load: float = 0.0, machine: float = 0.0, setting: float = 0.0
+        self, start: Array, *, load: float = 0.0, machine: float = 0.0, setting: float = 0.0
     ) -> Settled:
         """Return the least energy under a force per area and a machine F/A0 = k (<h> - setting)."""
         law, shape, reach = self.law, start.shape, self.law.reach
@@ -113,7 +112,7 @@ class Adhesive:
         def pressed(mean: float) -> float:
             return load + machine * (mean - setting)
 
-        def energy(flat: Field) -> tuple[float, Field]:
+        def energy(flat: Array) -> tuple[float, Array]:
             gap = flat.reshape(shape) * reach
             mean = float(gap.mean())
             elastic = self._elastic(gap)
@@ -144,8 +143,8 @@ class Adhesive:
         force = mean_pressure * self.operator.cell_area * gap.size
         return Settled(force, gap, pressure, (gap == 0) & (pressure > 0), residual)
 
-    def _elastic(self, gap: Field) -> Field:
+    def _elastic(self, gap: Array) -> Array:
         """Return the pressure, of zero mean, under which the half-space has these gaps."""
         waves = self._stiffness * fft.rfft2(gap - self.initial)
-        pressure: Field = fft.irfft2(waves, s=self.initial.shape)
+        pressure: Array = fft.irfft2(waves, s=self.initial.shape)
         return pressure

@@ -20,14 +20,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from reference.arrays import Array, Indices
 from reference.contact.body import ElasticBody
 from reference.contact.press import check_gap
 from reference.errors import ConvergenceError, positive_faults, refuse
 from reference.halfspace.punches import on_cells
-
-Field = NDArray[np.float64]
 
 RULES = {"edge": 0.76153, "printed": float(1 / np.sqrt(2 * 0.473201))}
 """Tension of detachment, in units of sqrt(2 E* w/dx)."""
@@ -49,17 +48,17 @@ class Peeling:
 
     # loads at which the set loses its next cell. Where they increase again, the contact is unstable
     # under that load.
-    penetration: Field
-    force: Field
-    cells: NDArray[np.intp]  # number of cells in contact
+    penetration: Array
+    force: Array
+    cells: Indices  # number of cells in contact
     # F = stiffness * d - offset for the set
-    stiffness: Field
-    offset: Field
+    stiffness: Array
+    offset: Array
     tension: float  # tension at which a cell detaches
     cell_area: float
 
     @property
-    def area(self) -> Field:
+    def area(self) -> Array:
         """Area of the cells in contact."""
         return np.asarray(self.cells * self.cell_area, dtype=np.float64)
 
@@ -72,7 +71,7 @@ class Peeling:
         carrying = self._loads(control) <= load
         return int(np.argmax(carrying)) if carrying.any() else carrying.size
 
-    def _loads(self, control: str) -> Field:
+    def _loads(self, control: str) -> Array:
         if control not in ("force", "penetration"):
             raise ValueError(f"control must be 'force' or 'penetration', not {control!r}")
         return self.force if control == "force" else self.penetration
@@ -128,7 +127,7 @@ def peel(
     tension = letting_go(operator.spacing[0], operator.effective_modulus, work, rule)
     per_depth, from_shape = np.zeros(gap.shape), np.zeros(gap.shape)
 
-    def pressures(target: Field, start: Field) -> Field:
+    def pressures(target: Array, start: Array) -> Array:
         goal = tolerance * float(np.abs(target).max())
         found, history = on_cells(operator, contact, target, goal, _MOST, start=start)
         if history[-1] > goal:

@@ -18,17 +18,15 @@ from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from reference.arrays import Array, Mask
 from reference.contact import press as unilateral
 from reference.contact.press import Contact, check_gap, rectangle, violation
 from reference.contact.slide import Tractions, slide
 from reference.errors import ConvergenceError, NoEquilibriumError, positive_faults, refuse
 from reference.halfspace.traction import NormalAndTangential
 from reference.loads import Load, LoadPath
-
-Field = NDArray[np.float64]
-Fields = NDArray[np.float64]
 
 # Precision of the first round of a step, and of the next ones relative to the remaining error.
 _FIRST_ROUND, _PER_ROUND = 1e-3, 0.1
@@ -39,7 +37,7 @@ class FrictionalPress:
     """A rigid shape over a half-space for normal and tangential loads."""
 
     body: NormalAndTangential
-    gap: Field  # (nx, ny): initial gap of the rigid shape; +inf where contact is impossible
+    gap: Array  # (nx, ny): initial gap of the rigid shape; +inf where contact is impossible
     friction: float  # mu, positive and finite
     # False neglects the coupling of normal and tangential displacements; there is none at nu = 1/2
     coupled: bool = True
@@ -60,12 +58,12 @@ class FrictionStep:
     # U of the rigid shape along x (guided, without motion along y) and F_x on it
     tangential_displacement: float
     tangential_force: float
-    pressure: Field = field(repr=False)  # (nx, ny)
+    pressure: Array = field(repr=False)  # (nx, ny)
     # (2, nx, ny): tangential tractions on the half-space, and slip of the shape over it since the
     # previous step
-    traction: Fields = field(repr=False)
-    slip: Fields = field(repr=False)
-    sticking: NDArray[np.bool_] = field(repr=False)  # (nx, ny): loaded cells below their bounds
+    traction: Array = field(repr=False)
+    slip: Array = field(repr=False)
+    sticking: Mask = field(repr=False)  # (nx, ny): loaded cells below their bounds
     dissipation: float  # energy lost to friction since the start of the path
     # violation of the normal conditions, as in `press.Contact`, with all tractions
     violation: float
@@ -84,12 +82,12 @@ class FrictionalGrid:
         c = body.compliance
         self.own = (c.normal + c.lateral) * body.spacing[0] / 2
 
-    def near(self, slip: Fields) -> Fields:
+    def near(self, slip: Array) -> Array:
         """Return the traction of the slip on a periodic grid."""
         return self.body.precondition(slip) / self.body.unit
 
     def slide(
-        self, bound: Field, target: Fields, total: float | None, start: Fields, tolerance: float
+        self, bound: Array, target: Array, total: float | None, start: Array, tolerance: float
     ) -> Tractions:
         """Return the tractions; on a free grid of the smallest rectangle around loaded cells."""
         loaded = bound > 0
@@ -126,8 +124,8 @@ class Alternated:
 def alternate(
     press: FrictionalPress,
     load: Load,
-    sheared: Callable[[Contact, Fields, float], Tractions],
-    start: tuple[Contact | None, Fields],
+    sheared: Callable[[Contact, Array, float], Tractions],
+    start: tuple[Contact | None, Array],
     tolerance: float,
     max_rounds: int = 60,
 ) -> Alternated:
@@ -214,11 +212,11 @@ def sweep(
     loads = np.broadcast_arrays(normal.values, tangential.values)
     body, grid = press.body, FrictionalGrid(press.body)
 
-    def drag(contact: Contact) -> Fields:
+    def drag(contact: Contact) -> Array:
         return body.drag(contact.pressure) if press.coupled else np.zeros((2, *body.shape))
 
     def sheared(
-        position: Fields, pulled: float, contact: Contact, start: Fields, precision: float
+        position: Array, pulled: float, contact: Contact, start: Array, precision: float
     ) -> Tractions:
         target, bound = -position - drag(contact), press.friction * contact.pressure
         if not by_force:

@@ -12,15 +12,15 @@ from typing import Literal, Self
 
 import numpy as np
 from numba import njit
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import fft
 from scipy.special import erfc
 
+from reference.arrays import Array
 from reference.closed_form.numerics import gauss_rule
 from reference.contact import pieces
 from reference.contact.body import LARGEST_KEPT, ElasticBody, quarter, wavenumbers, window
 
-Array = NDArray[np.float64]
 Kernel = Literal["continuum", "cells"]
 
 # Beyond this many sides of the cell 4 x 4 Gauss points integrate 1/r to 1e-14, while the closed
@@ -271,7 +271,7 @@ class FreeOperator(ElasticBody):
         # an even number of cells, so that the kernel's transform is one of cosines
         self._padded = tuple(2 * fft.next_fast_len(n, real=True) for n in self.shape)
 
-    def coefficients(self, shape: tuple[int, int]) -> NDArray[np.float64]:
+    def coefficients(self, shape: tuple[int, int]) -> Array:
         """Love's coefficients at offsets from zero to less than `shape`; (19.3)."""
         coefficients = self._cache.get("coefficients")
         if coefficients is None or any(
@@ -289,7 +289,7 @@ class FreeOperator(ElasticBody):
             self._cache["coefficients"] = coefficients
         return coefficients[: shape[0], : shape[1]]
 
-    def _transfer(self) -> NDArray[np.float64]:
+    def _transfer(self) -> Array:
         """Return the transform of the even kernel, by cosines; unused offsets are zero."""
         kernel = np.zeros([n // 2 + 1 for n in self._padded])
         kept = "coefficients" in self._cache
@@ -335,7 +335,7 @@ class PeriodicOperator(ElasticBody):
         self.rim_excess = RIM_EXCESS.get(kernel, 0.0)
         _ = self.unit  # raises for an unknown kernel
 
-    def _transfer(self) -> NDArray[np.float64]:
+    def _transfer(self) -> Array:
         grid = self.shape, self.spacing
         return periodic_quarter(*grid, self.effective_modulus, self.kernel)
 

@@ -19,16 +19,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.linalg import cho_factor, cho_solve
 
+from reference.arrays import Array, Mask
 from reference.contact.body import ElasticBody
 from reference.contact.pivot import pairs
 from reference.errors import ConvergenceError, refuse
 from reference.halfspace import kernels
 from reference.halfspace.kernels import FreeOperator
-
-Field = NDArray[np.float64]
 
 # Extra compliance of an edge cell in units of (1/phi - 1) dx/E*, and the resulting edge offset.
 EDGE_COMPLIANCE = 1.7243
@@ -50,7 +49,7 @@ _LEAST = 1e-9
 class FaceResponse:
     """Response of the half-space to a flat face at unit penetration."""
 
-    pressure: Field  # (nx, ny): force on the cells over the cell area, per unit of penetration
+    pressure: Array  # (nx, ny): force on the cells over the cell area, per unit of penetration
     stiffness: float  # integral of the pressure, F/d
     iterations: int
     residual: float  # largest error of the displacement, relative to the penetration
@@ -58,15 +57,15 @@ class FaceResponse:
 
 def on_cells(
     operator: ElasticBody,
-    mask: NDArray[np.bool_],
-    target: Field,
+    mask: Mask,
+    target: Array,
     goal: float,
     limit: int,
     *,
-    start: Field | None = None,
-    extra: Field | float = 0.0,
-    scale: Field | float = 1.0,
-) -> tuple[Field, list[float]]:
+    start: Array | None = None,
+    extra: Array | float = 0.0,
+    scale: Array | float = 1.0,
+) -> tuple[Array, list[float]]:
     """Return the pressures on the mask for which u + extra p is the target there, and residuals.
 
     Conjugate gradients, preconditioned by `scale`, until the largest residual is below the goal or
@@ -143,14 +142,14 @@ def respond_dense(operator: FreeOperator, fraction: ArrayLike) -> FaceResponse:
 
 
 def _response(
-    operator: FreeOperator, mask: NDArray[np.bool_], extra: Field, pressure: Field, count: int
+    operator: FreeOperator, mask: Mask, extra: Array, pressure: Array, count: int
 ) -> FaceResponse:
     """Return the response with recomputed residual and stiffness."""
     residual = float(np.abs(1 - operator.apply(pressure) - extra * pressure)[mask].max())
     return FaceResponse(pressure, float(pressure.sum()) * operator.cell_area, count, residual)
 
 
-def _covered(operator: FreeOperator, fraction: ArrayLike) -> tuple[NDArray[np.bool_], Field]:
+def _covered(operator: FreeOperator, fraction: ArrayLike) -> tuple[Mask, Array]:
     """Return the cells under the face, and their extra compliance (0 elsewhere)."""
     fraction = np.asarray(fraction, dtype=float)
     faults = []

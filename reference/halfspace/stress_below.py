@@ -18,14 +18,13 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import fft
 from scipy.optimize import minimize_scalar
 
+from reference.arrays import Array
 from reference.elasticity import largest_shear, von_mises
 from reference.errors import poisson_faults, positive_faults, refuse, spacing_faults
-
-Array = NDArray[np.float64]
 
 # Depths of the search, from half a cell to this many radii of the loaded area; then between two of
 # them to this relative accuracy, with which the stress is known to its square. The surface itself

@@ -23,13 +23,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import fft
 
+from reference.arrays import Array, Modes
 from reference.contact.body import ElasticBody, power_of_two, window
 from reference.errors import poisson_faults, positive_faults, refuse
 from reference.halfspace import kernels
 from reference.halfspace.kernels import FreeOperator, PeriodicOperator
-
-Field = NDArray[np.float64]
-Fields = NDArray[np.float64]
 
 # Empty cells that separate opposite rims of a free patch in the preconditioner.
 _RIM = 8
@@ -75,14 +73,14 @@ class Cerruti(NamedTuple):
     x^2/r^3, y^2/r^3, x y/r^3, x/r^2 and y/r^2.
     """
 
-    xx: Field
-    yy: Field
-    xy: Field
-    x: Field
-    y: Field
+    xx: Array
+    yy: Array
+    xy: Array
+    x: Array
+    y: Array
 
 
-def wave_factors(compliance: Compliance, qx: Field, qy: Field) -> Cerruti:
+def wave_factors(compliance: Compliance, qx: Array, qy: Array) -> Cerruti:
     """Return the factors from waves of traction to displacement; those of no wave are zero.
 
     u^ = [(c1 + c2) - c2 q q'/|q|^2] q^/|q| for tangential tractions, -i c3 q_x/|q|^2 from them to
@@ -113,7 +111,7 @@ def cell_integrals(i: ArrayLike, j: ArrayLike, spacing: tuple[float, float]) -> 
     far = np.maximum(x, y) > kernels.FAR * max(dx, dy)
     values = np.empty((5, *i.shape))
 
-    def terms(x: Field, y: Field, weight: float) -> Field:
+    def terms(x: Array, y: Array, weight: float) -> Array:
         square = x * x + y * y
         parts = np.array([x * x, y * y, x * y, x, y])
         parts[:3] /= np.sqrt(square)
@@ -136,7 +134,7 @@ def cell_integrals(i: ArrayLike, j: ArrayLike, spacing: tuple[float, float]) -> 
     return Cerruti(xx, yy, np.sign(i) * np.sign(j) * xy, np.sign(i) * along_x, np.sign(j) * along_y)
 
 
-def _pull(x: Field, y: Field, dx: float, dy: float) -> Field:
+def _pull(x: Array, y: Array, dx: float, dy: float) -> Array:
     """Return the integral of x/r^2, the double difference of y ln r + x arctan(y/x)."""
     a, b, c, d = x + dx / 2, x - dx / 2, y + dy / 2, y - dy / 2
     ad, bc, bd = a * a + d * d, b * b + c * c, b * b + d * d
@@ -149,8 +147,8 @@ def _pull(x: Field, y: Field, dx: float, dy: float) -> Field:
 
 
 def tensor_product(
-    factors: Sequence[NDArray[Any]], fields: Fields, padded: tuple[int, ...]
-) -> Fields:
+    factors: Sequence[NDArray[Any]], fields: Array, padded: tuple[int, ...]
+) -> Array:
     """Return the vector field with the Fourier factors (xx, yy, xy) times that of another one."""
     xx, yy, xy = factors
     along, across = fft.rfft2(fields, s=padded, axes=(-2, -1), workers=1)
@@ -220,7 +218,7 @@ class NormalAndTangential:
                 factors.xy[:, -1] = factors.y[:, -1] = 0.0
             return factors
 
-        def transform(quarter: Field, sign_x: int, sign_y: int) -> NDArray[np.complex128]:
+        def transform(quarter: Array, sign_x: int, sign_y: int) -> Modes:
             # mirrored to negative offsets, even (1) or odd (-1)
             table = np.zeros(self.padded)
             table[:nx, :ny] = quarter
@@ -239,28 +237,28 @@ class NormalAndTangential:
             transform(cells.y, 1, -1).imag.copy(),
         )
 
-    def shear_coefficients(self) -> Fields:
+    def shear_coefficients(self) -> Array:
         """Return u_x by q_x, u_y by q_y, and u_x by q_y, at offsets of cells modulo `padded`."""
         t = self._transfer
-        table: Fields = fft.irfft2(np.array([t.xx, t.yy, t.xy]), self.padded, workers=1)
+        table: Array = fft.irfft2(np.array([t.xx, t.yy, t.xy]), self.padded, workers=1)
         return table
 
-    def _back(self, modes: NDArray[np.complex128]) -> Fields:
+    def _back(self, modes: Modes) -> Array:
         nx, ny = self.shape
         field = fft.irfft2(modes, s=self.padded, axes=(-2, -1), workers=1, overwrite_x=True)
         return field[..., :nx, :ny]
 
-    def shear(self, traction: Fields) -> Fields:
+    def shear(self, traction: Array) -> Array:
         """Return the tangential displacement (2, nx, ny) under tangential tractions (2, nx, ny)."""
         return tensor_product(self._transfer[:3], traction, self.padded)
 
-    def lift(self, traction: Fields) -> Field:
+    def lift(self, traction: Array) -> Array:
         """Return the normal displacement (nx, ny), inwards, under tangential tractions."""
         t = self._transfer
         along, across = fft.rfft2(traction, s=self.padded, axes=(-2, -1), workers=1)
         return self._back(1j * (t.x * along + t.y * across))
 
-    def drag(self, pressure: Field) -> Fields:
+    def drag(self, pressure: Array) -> Array:
         """Return the tangential displacement (2, nx, ny) under a pressure."""
         t = self._transfer
         modes = -1j * fft.rfft2(pressure, s=self.padded, workers=1)
@@ -272,7 +270,7 @@ class NormalAndTangential:
         return power_of_two(max(self._transfer.xx.max(), self._transfer.yy.max()))
 
     @cached_property
-    def _inverse(self) -> tuple[tuple[int, ...], tuple[Field, Field, Field]]:
+    def _inverse(self) -> tuple[tuple[int, ...], tuple[Array, Array, Array]]:
         """Return padded shape and factors of the inverse periodic half-space, times a power of two.
 
         |q| [1/(c1 + c2) + (1/c1 - 1/(c1 + c2)) q q'/|q|^2]; half the smallest wavenumber at q = 0.
@@ -289,7 +287,7 @@ class NormalAndTangential:
         xx, yy = (wavenumber / shear + more * part for part in (qx * qx, qy * qy))
         return padded, (xx * self.unit, yy * self.unit, more * (qx * qy) * self.unit)
 
-    def precondition(self, displacement: Fields) -> Fields:
+    def precondition(self, displacement: Array) -> Array:
         """Return the approximate traction, times `unit`, for a tangential displacement."""
         padded, factors = self._inverse
         return tensor_product(factors, displacement, padded)

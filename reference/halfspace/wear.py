@@ -10,14 +10,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from reference.arrays import Array, Mask
 from reference.contact.body import ElasticBody
 from reference.contact.press import Contact, check_gap, press
 from reference.errors import ConvergenceError, positive_faults, refuse
 from reference.loads import Load
-
-Field = NDArray[np.float64]
 
 # k E* ds/dx of a step: the shortest wave then loses 0.7 of itself, and swings from twice that on.
 _STEP = 0.5
@@ -52,9 +51,9 @@ class WornContact:
     # its initial gap is that of the worn shape, its penetration counts from first touch of the
     # unworn one
     contact: Contact
-    depth: Field  # lost by every cell
+    depth: Array  # lost by every cell
     volume: float
-    sticking: NDArray[np.bool_]  # cells that do not slip; none in sliding
+    sticking: Mask  # cells that do not slip; none in sliding
     steps: int  # from the start on
     iterations: int  # of all contacts from the start on
 
@@ -64,7 +63,7 @@ def wear(
     gap: ArrayLike,
     load: Load,
     coefficient: float,
-    distances: Field,
+    distances: Array,
     oscillation: Oscillation | None = None,
     *,
     tolerance: float = 1e-8,
@@ -95,7 +94,7 @@ def wear(
         inner: Contact | None = None
         iterations = 0
 
-        def rate(depth: Field) -> Field:
+        def rate(depth: Array) -> Array:
             """Return pressure times slip where so much is worn."""
             nonlocal contact, inner, iterations
             worn = unworn + depth

@@ -17,18 +17,17 @@ from functools import cache
 from typing import Self, TypeGuard
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import fft
 from scipy.interpolate import BarycentricInterpolator, CubicSpline
 from scipy.special import j0, jn_zeros
 
+from reference.arrays import Array
 from reference.closed_form.numerics import gauss_rule
 from reference.contact.body import ElasticBody
 from reference.halfspace import kernels
 from reference.halfspace.kernels import RIM_EXCESS, FreeOperator
 from reference.layered.stack import PER_DECADE, Graded, Stack
 
-Array = NDArray[np.float64]
 Pair = tuple[float, float]
 Body = Stack | Graded
 Radial = Callable[[Array], Array]

@@ -22,15 +22,14 @@ from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.special import beta, eval_legendre, spherical_jn
 
+from reference.arrays import Array
 from reference.closed_form.numerics import gauss_rule
 from reference.errors import ConvergenceError, choice_faults, positive_faults, refuse
 from reference.layered.stack import Graded, Stack
 
-Array = NDArray[np.float64]
 Line = Callable[[Array], Array]
 
 # Short waves that see only the uppermost layer, in its thickness: exp(-2 x 14) = 1e-12.

@@ -43,15 +43,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 from scipy.special import gamma
 
+from reference.arrays import Array
 from reference.elasticity import Material
 from reference.errors import positive_faults, refuse
-
-Array = NDArray[np.float64]
-
 
 # Layers thicker than this over 2 pi of a wavelength hide what is below: exp(-2 x 24) = 1e-21.
 HIDDEN = 24.0

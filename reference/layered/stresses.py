@@ -21,12 +21,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import fft
 
+from reference.arrays import Array
 from reference.elasticity import Material, von_mises
 from reference.errors import refuse, spacing_faults
 from reference.halfspace import kernels
 from reference.layered.stack import Stack, half_space, through
-
-Array = NDArray[np.float64]
 
 # Lengths of waves that differ by less than this part of the largest are the same.
 _DIGITS = 2.0**45

@@ -12,15 +12,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, gmres
 
+from reference.arrays import Array
 from reference.errors import ConvergenceError
 from reference.halfspace.kernels import FreeOperator
 from reference.lubrication.reynolds import Film, FilmCells, FilmState, Transport, factors
-
-Field = NDArray[np.float64]
 
 # Of its thickness anywhere, the film keeps at least this share in one step of Newton's method.
 _KEPT = 0.35
@@ -55,7 +53,7 @@ class BentSurface:
         self.far = compliance / (np.pi * np.hypot(x, y))
         self.far[cells.core] = 0.0
 
-    def respond(self, pressure: Field) -> Field:
+    def respond(self, pressure: Array) -> Array:
         """Return the displacement of the equal cells under the pressure on them."""
         result = np.zeros(self.cells.shape)
         if self.compliance:
@@ -94,7 +92,7 @@ class LoadedFilm:
     surface: BentSurface
     load: float = 1.0
 
-    def displacement(self, pressure: Field) -> Field:
+    def displacement(self, pressure: Array) -> Array:
         """Return the displacement of all cells under a pressure."""
         return self.load * self.surface.far + self.surface.respond(pressure)
 
@@ -104,14 +102,14 @@ class LoadedFilm:
         """Return the film that flows so, from a state nearby."""
         film, cells = self.film, self.film.cells
 
-        def jacobian(vector: Field) -> Field:
+        def jacobian(vector: Array) -> Array:
             change, rise = vector[:-1], vector[-1]
             pressed = (positive * change).reshape(cells.shape)
             bent = slopes.displacement @ self.surface.respond(pressed).ravel()
             mass = slopes.s @ change + bent + slopes.separation * rise
             return np.append(mass, push @ change) / scale
 
-        def precondition(vector: Field) -> Field:
+        def precondition(vector: Array) -> Array:
             """Eliminate the separation by the force."""
             right = vector * scale
             part = solver.solve(right[:-1])
@@ -120,7 +118,7 @@ class LoadedFilm:
 
         state = replace(start, displacement=self.displacement(start.pressure))
         history: list[float] = []
-        factored: Field | None = None
+        factored: Array | None = None
         counts: list[float] = []
         for rounds in range(_ROUNDS):
             # Balances of mass and of forces. Mass is compared with what flows through a cell: far
@@ -171,7 +169,7 @@ class LoadedFilm:
             history,
         )
 
-    def _moved(self, flow: Transport, state: FilmState, change: Field, rise: float) -> FilmState:
+    def _moved(self, flow: Transport, state: FilmState, change: Array, rise: float) -> FilmState:
         """Return the state after a step, shortened where the film would become too thin."""
         before, share = self.film.thickness(state), 1.0
         for _ in range(30):

@@ -10,9 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import Akima1DInterpolator
 
+from reference.arrays import Array
 from reference.errors import ConvergenceError, count_faults, positive_faults, refuse
 from reference.lubrication import formulas
 from reference.lubrication.loaded import BentSurface, LoadedFilm
@@ -24,8 +24,6 @@ from reference.lubrication.reynolds import (
     around_point,
     rigid_film_at,
 )
-
-Field = NDArray[np.float64]
 
 # Where the equal cells begin and end along x, and half of their width, in units of l.
 _ALONG, _SQUEEZED, _ACROSS = (-2.5, 1.5), (-2.0, 2.0), 2.0
@@ -62,10 +60,10 @@ class SurfaceWaves:
     1e-06
     """
 
-    heights: Field = field(repr=False)
-    along: Field = field(repr=False)
-    across: Field = field(repr=False)
-    phases: Field = field(repr=False)
+    heights: Array = field(repr=False)
+    along: Array = field(repr=False)
+    across: Array = field(repr=False)
+    phases: Array = field(repr=False)
 
     @property
     def shortest(self) -> float:
@@ -77,7 +75,7 @@ class SurfaceWaves:
         """Whether the heights are even in y."""
         return bool((self.across == 0).all() or ((self.along == 0) & (self.phases == 0)).all())
 
-    def at(self, x: Field, y: Field) -> Field:
+    def at(self, x: Array, y: Array) -> Array:
         """Return the heights on an open mesh: x of shape (nx, 1), y of shape (1, ny)."""
         along = self.heights * np.exp(1j * (np.outer(x, self.along) + self.phases))
         across = np.exp(1j * np.outer(self.across, y))
@@ -163,13 +161,13 @@ class PointFilm:
     penetration: float
     shear: float
     drag: float
-    x: Field = field(repr=False)
-    y: Field = field(repr=False)
+    x: Array = field(repr=False)
+    y: Array = field(repr=False)
     core: tuple[slice, slice] = field(repr=False)
-    pressure: Field = field(repr=False)
-    thickness: Field = field(repr=False)
-    vapour: Field = field(repr=False)
-    area: Field = field(repr=False)
+    pressure: Array = field(repr=False)
+    thickness: Array = field(repr=False)
+    vapour: Array = field(repr=False)
+    area: Array = field(repr=False)
     error: float
     rounds: int
 
@@ -275,9 +273,9 @@ class _Scaled:
         self.pressure = ball.load / length**2
         self.compliance = ball.load * ball.radius / (ball.effective_modulus * length**3)
 
-    def gap(self, x: Field, y: Field) -> Field:
+    def gap(self, x: Array, y: Array) -> Array:
         """Return the gap of the undeformed bodies where the smooth ball touches."""
-        gap: Field = (x**2 + y**2) / 2
+        gap: Array = (x**2 + y**2) / 2
         if self.ball.waves is None:
             return gap
         heights = self.ball.waves.at(x * self.length, y * self.length) / self.thickness
@@ -387,7 +385,7 @@ def _prolonged(coarse: LoadedFilm, state: FilmState, fine: LoadedFilm) -> FilmSt
     """
     grids = coarse.film.cells, fine.film.cells
 
-    def between(values: Field) -> Field:
+    def between(values: Array) -> Array:
         whole = grids[0].whole(values)
         for axis in (0, 1):
             source, target = (

@@ -20,14 +20,11 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import SuperLU, splu
 
+from reference.arrays import Array
 from reference.errors import ConvergenceError, count_faults, refuse
-
-Field = NDArray[np.float64]
-
 
 # Each cell of the surroundings is wider than the one before by this share over the number of cells
 # per unit of length: the surroundings are refined with the core, down to the least share.
@@ -47,8 +44,8 @@ class FilmCells:
 
     def __init__(
         self,
-        x: Field,
-        y: Field,
+        x: Array,
+        y: Array,
         core: tuple[slice, slice],
         *,
         mirrored: bool = True,
@@ -59,11 +56,11 @@ class FilmCells:
         self.copies = 2 if mirrored else 1
         self.centres = (x[1:] + x[:-1])[:, None] / 2, (y[1:] + y[:-1])[None, :] / 2
         self.widths = np.diff(x)[:, None], np.diff(y)[None, :]
-        self.area: Field = self.copies * self.widths[0] * self.widths[1]
+        self.area: Array = self.copies * self.widths[0] * self.widths[1]
         (dx, dy), (rows, columns) = self.widths, core
         self.spacing = float(dx[rows.start, 0]), float(dy[0, columns.start])
 
-    def whole(self, values: Field, *, odd: bool = False) -> Field:
+    def whole(self, values: Array, *, odd: bool = False) -> Array:
         """Return values with those of the mirror images, of opposite sign where odd."""
         if not self.mirrored:
             return values
@@ -80,7 +77,7 @@ class FilmCells:
 
 def stretched(
     start: float, stop: float, steps: int, ends: tuple[float, float], growth: float
-) -> Field:
+) -> Array:
     """Return edges: `steps` equal ones from start to stop, growing ones on to the ends."""
     inner = np.linspace(start, stop, steps + 1)
     step = inner[1] - inner[0]
@@ -125,7 +122,7 @@ def around_point(
     return FilmCells(x, whole, (rows, slice(margin, margin + 2 * ny)), mirrored=False)
 
 
-Gap = Callable[[Field, Field], Field]
+Gap = Callable[[Array, Array], Array]
 
 # Rounds in which full and ruptured cells of a rigid film may settle, and the imbalance at which
 # they need not.
@@ -144,20 +141,20 @@ class FilmState:
     faces, or of forces, relative to the load. `history` has that of all rounds of Newton's method.
     """
 
-    s: Field = field(repr=False)
+    s: Array = field(repr=False)
     separation: float
-    displacement: Field = field(repr=False)
+    displacement: Array = field(repr=False)
     error: float = np.inf
     rounds: int = 0
     history: list[float] = field(default_factory=list, repr=False)
 
     @property
-    def pressure(self) -> Field:
+    def pressure(self) -> Array:
         """Pressure in the cells."""
         return np.maximum(self.s, 0.0)
 
     @property
-    def vapour(self) -> Field:
+    def vapour(self) -> Array:
         """Share of the gap that vapour fills."""
         return np.maximum(-self.s, 0.0)
 
@@ -200,31 +197,31 @@ class Film:
         self.means = sparse.csr_array(sparse.diags_array(1 / both.sum(axis=1)) @ both)
         self.upstream = to_faces(before[0], 0 * before[1])
 
-    def thickness(self, state: FilmState) -> Field:
+    def thickness(self, state: FilmState) -> Array:
         """Return the gap in the middle of the cells."""
         return self.gap + state.separation + state.displacement
 
-    def oil(self, state: FilmState) -> Field:
+    def oil(self, state: FilmState) -> Array:
         """Return the thickness of oil in each cell."""
         return (1 - state.vapour) * self.thickness(state)
 
-    def faces(self, state: FilmState) -> Field:
+    def faces(self, state: FilmState) -> Array:
         """Return the gap in the faces."""
         return self.face_gaps + state.separation + self.means @ state.displacement.ravel()
 
-    def driven(self, state: FilmState) -> Field:
+    def driven(self, state: FilmState) -> Array:
         """Return how much each pressure would drive out of its cell, were there none around."""
         around = np.abs(self.steps).T @ (self.conductance * self.faces(state) ** 3)
         return state.pressure * around.reshape(self.gap.shape)
 
-    def flow(self, state: FilmState, speed: float) -> Field:
+    def flow(self, state: FilmState, speed: float) -> Array:
         """Return what flows through each face, per time, where surfaces move at L = `speed`."""
         h = self.faces(state)
         carried = h - self.upstream @ (state.vapour * self.thickness(state)).ravel()
         pushed = self.conductance * h**3 * (self.steps @ state.pressure.ravel())
         return speed * self.width * carried - pushed
 
-    def balance(self, state: FilmState, speed: float) -> Field:
+    def balance(self, state: FilmState, speed: float) -> Array:
         """Return what flows out of each cell."""
         return -(self.steps.T @ self.flow(state, speed)).reshape(self.gap.shape)
 
@@ -246,7 +243,7 @@ class Film:
         return sparse.csr_array(self.steps.T @ by_s), sparse.csr_array(self.steps.T @ by_u)
 
 
-def _flat(along: Field, across: Field) -> Field:
+def _flat(along: Array, across: Array) -> Array:
     return np.concatenate([along.ravel(), across.ravel()])
 
 
@@ -255,7 +252,7 @@ class Slopes(NamedTuple):
 
     s: sparse.csr_array
     displacement: sparse.csr_array
-    separation: Field
+    separation: Array
 
 
 @dataclass(frozen=True)
@@ -264,7 +261,7 @@ class Entrainment:
 
     speed: float
 
-    def balance(self, film: Film, state: FilmState) -> Field:
+    def balance(self, film: Film, state: FilmState) -> Array:
         """Return the volume of oil that leaves each cell per time."""
         return film.balance(state, self.speed)
 
@@ -273,7 +270,7 @@ class Entrainment:
         by_s, by_displacement = film.derivatives(state, self.speed)
         return Slopes(by_s, by_displacement, by_displacement.sum(axis=1))
 
-    def carried(self, film: Film, state: FilmState) -> Field:
+    def carried(self, film: Film, state: FilmState) -> Array:
         """Return the flow that the balance of each cell is compared with: through a face."""
         return self.speed * film.cells.widths[1] * film.thickness(state)
 
@@ -294,7 +291,7 @@ class Approach:
     before: FilmState
     earlier: FilmState
 
-    def balance(self, film: Film, state: FilmState) -> Field:
+    def balance(self, film: Film, state: FilmState) -> Array:
         """Return the volume of oil that leaves each cell per time, and what it stores."""
         weights = self._weights(self.before.separation - state.separation)
         kept = sum(w * oil for w, oil in zip(weights, self._oil(film, state), strict=True))
@@ -314,7 +311,7 @@ class Approach:
         by_separation = by_displacement.sum(axis=1) - area * np.ravel(turned)
         return Slopes(sparse.csr_array(by_s), by_displacement, by_separation)
 
-    def carried(self, film: Film, state: FilmState) -> Field:
+    def carried(self, film: Film, state: FilmState) -> Array:
         """Return the volume that the approach displaces from each cell per time."""
         return np.broadcast_to(self.speed * film.cells.area / film.cells.copies, film.gap.shape)
 
@@ -322,7 +319,7 @@ class Approach:
         """Whether the bodies have come closer."""
         return separation < self.before.separation
 
-    def _oil(self, film: Film, state: FilmState) -> list[Field]:
+    def _oil(self, film: Film, state: FilmState) -> list[Array]:
         """Oil of this film and earlier ones."""
         return [film.oil(s) for s in (state, self.before, self.earlier)]
 
@@ -375,9 +372,9 @@ class LineFilm:
 
     load: float
     rupture: float
-    x: Field = field(repr=False)
-    pressure: Field = field(repr=False)
-    flow: Field = field(repr=False)
+    x: Array = field(repr=False)
+    pressure: Array = field(repr=False)
+    flow: Array = field(repr=False)
 
 
 def rigid_cylinder(resolution: int) -> LineFilm:

@@ -20,15 +20,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import sparse
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 from scipy.sparse.linalg import splu
 
+from reference.arrays import Array, Mask
 from reference.errors import ConvergenceError, refuse, spacing_faults
-
-Field = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 # Of what the widest cell lets through: factors are judged to parts in a hundred.
 _BALANCED = 1e-8
@@ -47,7 +45,7 @@ class PlaneFlow:
     pressure_factor: float
     shear_factor: float
     open: bool
-    flow: Field = field(repr=False)
+    flow: Array = field(repr=False)
     imbalance: float
 
 
@@ -126,7 +124,7 @@ def plane_flow(gap: ArrayLike, spacing: tuple[float, float] = (1.0, 1.0)) -> Pla
     )
 
 
-def _between(h: Field, axis: int, power: int) -> Field:
+def _between(h: Array, axis: int, power: int) -> Array:
     """Return one over the mean of h^-power of every cell and the next; zero beside contact."""
     # beyond the largest number, flow through a gap is none
     with np.errstate(divide="ignore", over="ignore"):

@@ -42,11 +42,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from reference.arrays import Array, Modes
 from reference.contact import pieces
 from reference.errors import poisson_faults, positive_faults, refuse
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int32]
 
 # Constants, which functions compiled by numba use, too. Volume of an automaton and area of the face
 # between two, in units of r0.
@@ -85,7 +83,7 @@ class Packing:
     half: a homogeneous strain then pulls at each with the traction on r0^2 exactly.
     """
 
-    places: Floats
+    places: Array
     neighbours: NDArray[np.int32]
     free: int
     surface: int = 0
@@ -194,7 +192,7 @@ class Automata:
         self.packing, self.poisson_ratio = packing, poisson_ratio
         self.lame, self.shear = moduli(poisson_ratio)
 
-    def strains(self, moved: Floats, traces: Floats) -> None:
+    def strains(self, moved: Array, traces: Array) -> None:
         """Write the relative changes of volume (n,) of the automata that may move.
 
         From displacements and rotations (n, 6) of all. The changes of volume of those that are held
@@ -207,9 +205,7 @@ class Automata:
             lambda part: _strains(part.start, part.stop, moved, near, surface, traces),
         )
 
-    def forces(
-        self, moved: Floats, traces: Floats, out: Floats, flowed: Floats = UNFLOWED
-    ) -> Floats:
+    def forces(self, moved: Array, traces: Array, out: Array, flowed: Array = UNFLOWED) -> Array:
         """Write and return forces and torques (free, 6) on the automata that may move.
 
         Changes of volume as for `strains`, which is called first; `flowed` (n, 3, 3) are plastic
@@ -218,7 +214,7 @@ class Automata:
         self.strains(moved, traces)
         return self._over(_forces, moved, traces, flowed, out)
 
-    def stresses(self, moved: Floats, traces: Floats, flowed: Floats = UNFLOWED) -> Floats:
+    def stresses(self, moved: Array, traces: Array, flowed: Array = UNFLOWED) -> Array:
         """Return the stress tensors (free, 3, 3) in units of E.
 
         The mean of what pulls at the faces, sum n (force) r0/(2 V): of a homogeneous strain it is
@@ -226,7 +222,7 @@ class Automata:
         """
         return self._over(_stresses, moved, traces, flowed, np.empty((self.packing.free, 3, 3)))
 
-    def _over(self, compiled: Callable, *fields: Floats) -> Floats:
+    def _over(self, compiled: Callable, *fields: Array) -> Array:
         """Let threads share automata: each writes to the last of the fields, reads the others."""
         *read, out = fields
         near, surface = self.packing.neighbours, self.packing.surface
@@ -235,7 +231,7 @@ class Automata:
         return out
 
 
-def components(stresses: Floats) -> Floats:
+def components(stresses: Array) -> Array:
     """Return xx, yy, zz, yz, xz, xy (n, 6) of the symmetric parts of tensors (n, 3, 3).
 
     >>> components(np.arange(9.0).reshape(1, 3, 3)).tolist()
@@ -256,8 +252,8 @@ class Leapfrog:
     """
 
     automata: Automata
-    moved: Floats
-    velocities: Floats
+    moved: Array
+    velocities: Array
     step: float
 
     def __post_init__(self) -> None:
@@ -269,7 +265,7 @@ class Leapfrog:
         self._traces = np.zeros(len(self.moved))
         self._pulls = np.empty_like(self.moved)
 
-    def run(self, steps: int) -> Floats:
+    def run(self, steps: int) -> Array:
         """Make steps; return the conserved energy of each."""
         energies = np.empty(steps)
         for number in range(steps):
@@ -282,7 +278,7 @@ class Leapfrog:
         return energies
 
 
-def wave_speeds(poisson_ratio: float, wave: ArrayLike) -> Floats:
+def wave_speeds(poisson_ratio: float, wave: ArrayLike) -> Array:
     """Return the speeds of the plane waves of a wave vector (in 1/r0), ascending.
 
     Three of displacement; those of rotation are cut off at high frequencies and left out. From the
@@ -300,7 +296,7 @@ def wave_speeds(poisson_ratio: float, wave: ArrayLike) -> Floats:
     return frequencies / np.linalg.norm(wave)
 
 
-def wave_stiffness(poisson_ratio: float, wave: Floats) -> NDArray[np.complex128]:
+def wave_stiffness(poisson_ratio: float, wave: Array) -> Modes:
     """Return the (6, 6) Hermitian stiffness of an automaton in a plane wave of the packing.
 
     From the energy, bond by bond.

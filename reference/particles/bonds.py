@@ -17,17 +17,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from reference.arrays import Array, Integers, Mask
 from reference.errors import positive_faults, refuse
 from reference.particles.automata import ENTRIES, LAYER, VOLUME
-
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-Pairs = NDArray[np.int64]
 
 # The highest frequency is near sqrt(8): thirty steps to a period.
 _STEP = 0.07
@@ -74,9 +70,9 @@ class Asperities:
         """Return the pass of one over the other: bonds and lateral position drawn by a seed."""
         random = np.random.default_rng(seed)
 
-        def energies(count: int) -> Floats:
+        def energies(count: int) -> Array:
             """Draw those of bonds, present ones and others that may form."""
-            drawn: Floats = self.energy * (1 + self.scatter * random.uniform(-1, 1, count))
+            drawn: Array = self.energy * (1 + self.scatter * random.uniform(-1, 1, count))
             return drawn
 
         # two bodies, held at the bottom and moved at the top; the tip of the lower at z = height
@@ -108,7 +104,7 @@ class Asperities:
         listed_at = places.copy()
         ledger = np.zeros(4)  # damped, spent, broken, healed
 
-        def pull() -> tuple[Floats, float]:
+        def pull() -> tuple[Array, float]:
             """Return forces and elastic energy; bonds break and heal."""
             forces = np.zeros_like(places)
             energy = _act(
@@ -177,13 +173,13 @@ class Drag:
     (elastic and moving at the end, less the beginning), `damped` in dashpots and `spent` on bonds.
     """
 
-    way: Floats
-    force: Floats
-    load: Floats
-    places: Floats
+    way: Array
+    force: Array
+    load: Array
+    places: Array
     upper: Mask
-    stress: Floats
-    stressed: Floats
+    stress: Array
+    stressed: Array
     broken: int
     healed: int
     worn: int
@@ -205,8 +201,8 @@ class Drag:
 
 
 def _listed(
-    places: Floats, pairs: Pairs, bonded: Mask, limits: Floats, energies: Callable[[int], Floats]
-) -> tuple[Pairs, Mask, Floats]:
+    places: Array, pairs: Integers, bonded: Mask, limits: Array, energies: Callable[[int], Array]
+) -> tuple[Integers, Mask, Array]:
     """List all pairs that may act until some particle has moved far; bonds stay as they are."""
     count = np.array([len(places), 1])
     kept, old_limits = pairs[bonded] @ count, limits[bonded]
@@ -218,7 +214,7 @@ def _listed(
     return pairs, np.isin(np.arange(keys.size), new), limits
 
 
-def _stress(places: Floats, pairs: Pairs, bonded: Mask) -> Floats:
+def _stress(places: Array, pairs: Integers, bonded: Mask) -> Array:
     """Return half the force moments of the pairs (n, 6) over the volume."""
     i, j = pairs.T
     way = places[j] - places[i]

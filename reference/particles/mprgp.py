@@ -14,12 +14,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from reference.arrays import Array, Integers, Mask
 from reference.errors import ConvergenceError
 
-Floats = NDArray[np.float64]
-Resist = Callable[[Floats], Floats]
+Resist = Callable[[Array], Array]
 
 # A projected gradient step shorter than 2 / |K| lowers the energy; a norm from power iteration is a
 # little too small.
@@ -37,9 +36,9 @@ class Rest:
     of the forces that nothing balances over that of the reactions.
     """
 
-    moved: Floats
-    reactions: Floats
-    active: NDArray[np.bool_]
+    moved: Array
+    reactions: Array
+    active: Mask
     steps: int
     history: list[float] = field(default_factory=list)
 
@@ -60,10 +59,10 @@ def largest_stiffness(resist: Resist, size: int) -> float:
 
 def relax(
     resist: Resist,
-    load: Floats,
-    numbers: NDArray[np.int64],
-    floor: Floats,
-    start: Floats,
+    load: Array,
+    numbers: Integers,
+    floor: Array,
+    start: Array,
     *,
     tolerance: float,
     stiffest: float,
@@ -78,7 +77,7 @@ def relax(
     """
     history: list[float] = []
 
-    def split() -> tuple[NDArray[np.bool_], Floats, Floats]:
+    def split() -> tuple[Mask, Array, Array]:
         """Split the gradient K x - b: free automata, and those on the floor that are pulled."""
         active = moved[numbers] <= floor
         free = gradient.copy()

@@ -19,8 +19,9 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from reference.arrays import Array, Integers, Mask
 from reference.elasticity import von_mises
 from reference.errors import ConvergenceError, positive_faults, refuse
 from reference.fem.far_field import boussinesq
@@ -34,9 +35,6 @@ from reference.particles.automata import (
     half_space_packing,
 )
 from reference.particles.mprgp import Rest, largest_stiffness, relax
-
-Floats = NDArray[np.float64]
-Numbers = NDArray[np.int64]
 
 # Largest imbalance of the automata, over the reactions.
 BALANCE = 1e-6
@@ -72,14 +70,14 @@ class ParticleContact:
 
     penetration: float
     force: float
-    reactions: Floats
-    displacement: Floats
-    active: NDArray[np.bool_]
+    reactions: Array
+    displacement: Array
+    active: Mask
     steps: int
     history: list[float]
-    moved: Floats
-    traces: Floats
-    flowed: Floats
+    moved: Array
+    traces: Array
+    flowed: Array
 
     @property
     def imbalance(self) -> float:
@@ -123,8 +121,8 @@ class FarField:
 class Held(NamedTuple):
     """Where automata and far field agree: displacements, far forces, depth and force."""
 
-    moved: Floats
-    sources: Floats
+    moved: Array
+    sources: Array
     depth: float
     force: float
 
@@ -170,7 +168,7 @@ class ParticleHalfSpace:
         self.flowed = UNFLOWED
 
     @property
-    def points(self) -> Floats:
+    def points(self) -> Array:
         """Places (m, 2) of the automata on the surface."""
         packing = self.automata.packing
         return packing.places[: packing.surface, :2] * self.spacing
@@ -181,7 +179,7 @@ class ParticleHalfSpace:
         squares = [1 - automata.poisson_ratio**2 for automata in self.all_automata]
         return self.youngs_modulus / sum(np.divide(squares, self.ratios).tolist())
 
-    def equivalent_stresses(self, contact: ParticleContact) -> Floats:
+    def equivalent_stresses(self, contact: ParticleContact) -> Array:
         """Return the von Mises stress of each automaton that moves, of one body after the other."""
         tensors = [
             modulus * automata.stresses(moved, traces, contact.flowed)
@@ -191,7 +189,7 @@ class ParticleHalfSpace:
         ]
         return self.youngs_modulus * von_mises(components(np.concatenate(tensors)))
 
-    def inside(self, contact: ParticleContact) -> tuple[Floats, Floats, Floats]:
+    def inside(self, contact: ParticleContact) -> tuple[Array, Array, Array]:
         """Return places, displacements and von Mises stresses of the automata that move.
 
         A second body lies above the first.
@@ -251,7 +249,7 @@ class ParticleHalfSpace:
         """Return the unit of penetrations or forces."""
         return self.spacing * (self.youngs_modulus * self.spacing if control == "force" else 1.0)
 
-    def _scaled_gap(self, gap: ArrayLike) -> Floats:
+    def _scaled_gap(self, gap: ArrayLike) -> Array:
         """Return the gap in spacings, after a check."""
         scaled = np.asarray(gap, dtype=float) / self.spacing
         count = self.automata.packing.surface
@@ -261,7 +259,7 @@ class ParticleHalfSpace:
 
     def _agreed(
         self,
-        gap: Floats,
+        gap: Array,
         value: float,
         origin: float,
         last: Held | None,
@@ -340,7 +338,7 @@ class ParticleHalfSpace:
         )
 
     def _relaxed(
-        self, numbers: Numbers, floor: Floats, moved: Floats, sources: Floats, balance: float
+        self, numbers: Integers, floor: Array, moved: Array, sources: Array, balance: float
     ) -> Rest:
         """Return the equilibrium above the floor of some unknowns, in a given far field."""
         self._hold(sources)
@@ -353,7 +351,7 @@ class ParticleHalfSpace:
             stiffest=self.stiffest,
         )
 
-    def _on_springs(self, gap: Floats, value: float, origin: float, *, forced: bool) -> Held:
+    def _on_springs(self, gap: Array, value: float, origin: float, *, forced: bool) -> Held:
         """Return the contact with Winkler's springs of a disc as large as the contact, about."""
         depth = value
         springs = WINKLER * self.effective_modulus / self.youngs_modulus
@@ -370,7 +368,7 @@ class ParticleHalfSpace:
         sources = springs * np.sqrt(np.pi / area) * (self._far[0].shares.T @ overlap)
         return Held(np.zeros(self._forces.size), sources, depth, float(sources.sum()))
 
-    def _hold(self, sources: Floats | None) -> None:
+    def _hold(self, sources: Array | None) -> None:
         """Put the shells into the far field of some forces, or to rest."""
         free = self.automata.packing.free
         self._moved[:, free:], self._traces[:, free:] = 0.0, 0.0
@@ -379,7 +377,7 @@ class ParticleHalfSpace:
                 held = np.tensordot(sources, far.fields, axes=1) / self.ratios[body]
                 self._moved[body, free:], self._traces[body, free:] = held[:, :6], held[:, 6]
 
-    def _pulls(self, way: Floats, flowed: Floats) -> Floats:
+    def _pulls(self, way: Array, flowed: Array) -> Array:
         """Return the forces of the automata on each other, those in the shells as they are held."""
         self._moved[:, : self.automata.packing.free] = self._turned(way)
         for body, automata in enumerate(self.all_automata):
@@ -387,7 +385,7 @@ class ParticleHalfSpace:
             self._forces[body] *= self.ratios[body]
         return self._turned(self._forces).ravel()
 
-    def _turned(self, each: Floats) -> Floats:
+    def _turned(self, each: Array) -> Array:
         """Return normal parts of two surfaces as sum and difference over sqrt(2), or back."""
         each = each.reshape(self._forces.shape)
         if self.bodies == 1:
@@ -399,22 +397,22 @@ class ParticleHalfSpace:
         turned[1, :surface, 2] = np.sqrt(0.5) * (first - second)
         return turned
 
-    def _move(self, moved: Floats) -> Floats:
+    def _move(self, moved: Array) -> Array:
         """Take displacements, with changes of volume; return those of the surfaces together."""
         packing = self.automata.packing
         self._moved[:, : packing.free] = self._turned(moved)
         for body, automata in enumerate(self.all_automata):
             automata.strains(self._moved[body], self._traces[body])
-        together: Floats = self._moved[:, : packing.surface, 2].sum(axis=0)
+        together: Array = self._moved[:, : packing.surface, 2].sum(axis=0)
         return together
 
     def _contact(
         self,
         depth: float,
-        sources: Floats,
+        sources: Array,
         rest: Rest,
-        reactions: Floats,
-        near: Numbers,
+        reactions: Array,
+        near: Integers,
         steps: int,
     ) -> ParticleContact:
         """Return an equilibrium in the units of the loads."""

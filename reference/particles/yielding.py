@@ -23,8 +23,9 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from reference.arrays import Array, Integers
 from reference.errors import ConvergenceError
 from reference.loads import LoadPath
 from reference.particles.automata import Domain
@@ -32,13 +33,10 @@ from reference.particles.mprgp import Rest
 from reference.particles.particle_body import (
     BALANCE,
     Held,
-    Numbers,
     ParticleContact,
     ParticleHalfSpace,
 )
 from reference.plastic.j2 import PlasticMaterial, plastic_step
-
-Floats = NDArray[np.float64]
 
 # Largest change of a stress that flow would still make, over the yield stress, and turns at most.
 EXCESS = 0.01
@@ -100,7 +98,7 @@ class PlasticHalfSpace(ParticleHalfSpace):
         return self._lift_off(self._scaled_gap(gap), balance).penetration
 
     def _lift_off(
-        self, gap: Floats, balance: float, *, depth: float | None = None, keep: bool = False
+        self, gap: Array, balance: float, *, depth: float | None = None, keep: bool = False
     ) -> ParticleContact:
         """Return the body without load, at a given penetration or where contact is lost."""
         state = self._before
@@ -125,7 +123,7 @@ class PlasticHalfSpace(ParticleHalfSpace):
         return solved
 
     def _relaxed(
-        self, numbers: Numbers, floor: Floats, moved: Floats, sources: Floats, balance: float
+        self, numbers: Integers, floor: Array, moved: Array, sources: Array, balance: float
     ) -> Rest:
         """Solve for displacements and plastic strains in turn until no automaton yields further."""
         free, double = self.automata.packing.free, 2 * self.automata.shear
@@ -164,7 +162,7 @@ class PlasticHalfSpace(ParticleHalfSpace):
         )
 
 
-def deviator(stresses: Floats) -> Floats:
+def deviator(stresses: Array) -> Array:
     """Return the symmetric part of tensors (n, 3, 3) less its mean."""
-    symmetric: Floats = 0.5 * (stresses + np.swapaxes(stresses, 1, 2))
+    symmetric: Array = 0.5 * (stresses + np.swapaxes(stresses, 1, 2))
     return symmetric - np.trace(symmetric, axis1=1, axis2=2)[:, None, None] * np.eye(3) / 3

@@ -17,14 +17,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from reference.arrays import Array, Mask
 from reference.contact.body import ElasticBody
 from reference.contact.press import Contact, check_gap, press
 from reference.errors import positive_faults, refuse
 from reference.loads import Load, LoadPath
-
-Field = NDArray[np.float64]
 
 # Pressures that agree so well are the same: where contact is loaded again to where it was.
 _SAME = 1e-6
@@ -40,8 +39,8 @@ class Dent:
     """
 
     contact: Contact
-    sunk: Field
-    saturated: NDArray[np.bool_]
+    sunk: Array
+    saturated: Mask
     work: float
     dissipated: float
 

@@ -18,13 +18,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from reference.arrays import Array
 from reference.elasticity import von_mises
 from reference.errors import poisson_faults, refuse
 from reference.fem.far_field import boussinesq
-
-Array = NDArray[np.float64]
 
 _FLATTENED = "fit for a deformable ball under a rigid flat: a dented half-space while a << R"
 

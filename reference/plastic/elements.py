@@ -16,11 +16,11 @@ from typing import NamedTuple
 
 import numpy as np
 import skfem
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import cho_factor, cho_solve
 from scipy.sparse.linalg import SuperLU, splu
 
+from reference.arrays import Array, Integers, Mask
 from reference.errors import ConvergenceError
 from reference.fem.condensation import (
     Front,
@@ -32,9 +32,6 @@ from reference.fem.condensation import (
 )
 from reference.fem.element_stiffness import gauss_rule
 from reference.fem.far_field import boussinesq, exterior_stiffness
-
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 # The fine part of a mesh, in contact radii: along the surface, and into the body.
 _FINE = (1.25, 1.0)
@@ -497,9 +494,7 @@ class CoredSystem:
 
         return solve
 
-    def _condensed(
-        self, matrices: Array, part: NDArray[np.bool_]
-    ) -> tuple[Array, list[Front | Shift]]:
+    def _condensed(self, matrices: Array, part: Mask) -> tuple[Array, list[Front | Shift]]:
         """Return the stiffness of some elements on the rim, and their eliminations."""
         fronts = list[Front | Shift]()
         system = LinearSystem(

@@ -13,15 +13,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from reference.arrays import Array
 from reference.elasticity import von_mises
 from reference.errors import ConvergenceError, count_faults, positive_faults, refuse
 from reference.loads import LoadPath
 from reference.plastic.elements import Elements
 from reference.plastic.j2 import PlasticMaterial, Points, respond
-
-Array = NDArray[np.float64]
 
 # Stiffness of the surface springs, in E* over the length of an element.
 _SPRINGS = 100.0

@@ -10,12 +10,11 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from reference.arrays import Array
 from reference.elasticity import Material
 from reference.errors import ConvergenceError, choice_faults, refuse
 
-Array = NDArray[np.float64]
 Law = Literal["linear", "power"]
 
 # Newton steps for the plastic strain of a point; the flow stress is concave, so they never fail.

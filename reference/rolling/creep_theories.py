@@ -28,14 +28,11 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from reference.arrays import Array, Mask
 from reference.errors import count_faults, poisson_faults, positive_faults, refuse
 from reference.halfspace.traction import Compliance, cell_integrals
 from reference.rolling.roll import Creep, TangentialSurface, Upstream, rigid_slip, steady
-
-Array = NDArray[np.float64]
-
 
 # a/b: 0.1 ... 1 and, by b/a, 0.9 ... 0.1; columns nu = 0, 1/4, 1/2.
 _RATIOS = np.array([*np.arange(1, 11) / 10, *(10 / np.arange(9, 0, -1))])
@@ -234,7 +231,7 @@ class CreepCoefficients:
         """Return the study of values on grids."""
         numbers = np.array(cells, dtype=float)
 
-        def line(kept: NDArray[np.bool_]) -> Array:
+        def line(kept: Mask) -> Array:
             return np.array(np.polyfit(numbers[kept] ** -2, values[kept], 1)[1])
 
         everything = np.ones(len(cells), dtype=bool)

@@ -19,16 +19,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import fft
 
+from reference.arrays import Array
 from reference.elasticity import Material
 from reference.errors import count_faults, positive_faults, refuse
 from reference.fem.columns import Element
 from reference.fem.grid_body import beyond_cells
 from reference.halfspace.traction import Compliance
-
-Array = NDArray[np.float64]
 
 # Cells of a period over those of the grid, and at least: elements differ from the half-space within
 # some cells only, but with inertia everywhere.

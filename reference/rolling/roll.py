@@ -34,18 +34,15 @@ from functools import partial
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import fft as transforms
 
+from reference.arrays import Array, Mask
 from reference.contact.press import Contact, press
 from reference.contact.slide import Tractions, slide
 from reference.errors import ConvergenceError, finite_faults, refuse
 from reference.halfspace.friction import FrictionalGrid, FrictionalPress, alternate
 from reference.halfspace.traction import Compliance, NormalAndTangential, tensor_product
 from reference.loads import Load
-
-Field = NDArray[np.float64]
-Fields = NDArray[np.float64]
 
 # Of a cell: where the slip by spin is taken, see `rigid_slip`.
 _AHEAD = 1 / 6
@@ -68,7 +65,7 @@ class TangentialSurface(Protocol):
         """That of the half-space which it resembles from cell to cell."""
         ...
 
-    def shear_coefficients(self) -> Fields:
+    def shear_coefficients(self) -> Array:
         """Return u_x by q_x, u_y by q_y, and u_x by q_y, at all offsets of cells.
 
         Shape (3, mx, my), the offsets modulo m, of at least the grid's size to either side.
@@ -96,11 +93,11 @@ class RollingStep:
     tangential_force: float
     lateral_force: float
     moment: float
-    pressure: Field = field(repr=False)  # (nx, ny)
+    pressure: Array = field(repr=False)  # (nx, ny)
     # (2, nx, ny): on the half-space; slip of loaded cells, per distance rolled
-    traction: Fields = field(repr=False)
-    slip: Fields = field(repr=False)
-    sticking: NDArray[np.bool_] = field(repr=False)  # (nx, ny)
+    traction: Array = field(repr=False)
+    slip: Array = field(repr=False)
+    sticking: Mask = field(repr=False)  # (nx, ny)
     loss: float  # energy lost to friction per distance rolled
     # as `halfspace.friction.FrictionStep`; rounds are Newton's
     violation: float
@@ -129,11 +126,11 @@ class Upstream:
             (around[0], around[1]), surface.spacing, surface.compliance, periodic=True
         )
 
-    def displace(self, traction: Fields) -> Fields:
+    def displace(self, traction: Array) -> Array:
         """Return D q."""
         return tensor_product(self._modes, traction, self._padded)
 
-    def near(self, slip: Fields) -> Fields:
+    def near(self, slip: Array) -> Array:
         """Return the traction on a periodic grid that leads to this slip up from its front."""
         nx, ny = self.shape
         displacement = np.zeros((2, *self._near.shape))
@@ -143,9 +140,9 @@ class Upstream:
 
 def steady(
     flow: Upstream,
-    bound: Field,
-    creep: Fields,
-    start: Fields | None = None,
+    bound: Array,
+    creep: Array,
+    start: Array | None = None,
     tolerance: float = 1e-9,
 ) -> Tractions:
     """Return the tractions of steady rolling at given bounds; slip is per distance rolled.
@@ -158,7 +155,7 @@ def steady(
     return slide(flow, bound, creep, start=start, tolerance=tolerance)
 
 
-def rigid_slip(creep: Creep, shape: tuple[int, int], spacing: tuple[float, float]) -> Fields:
+def rigid_slip(creep: Creep, shape: tuple[int, int], spacing: tuple[float, float]) -> Array:
     """Return the rigid slip between each cell and the next one upstream, shape (2, nx, ny).
 
     Its mean is that half a cell ahead. But tractions of stick, which have no bound at the trailing
@@ -173,7 +170,7 @@ def rigid_slip(creep: Creep, shape: tuple[int, int], spacing: tuple[float, float
     return slip
 
 
-def _places(shape: tuple[int, int], spacing: tuple[float, float]) -> tuple[Field, Field]:
+def _places(shape: tuple[int, int], spacing: tuple[float, float]) -> tuple[Array, Array]:
     """Return x and y of the cells from the middle of the grid."""
     x, y = ((np.arange(float(n)) - (n - 1) / 2) * d for n, d in zip(shape, spacing, strict=True))
     return x, y
@@ -208,7 +205,7 @@ def roll(
         refuse(finite_faults(**creep._asdict()))
     body, flow = roller.body, Upstream(roller.body, roller.body.shape)
 
-    def rolled(rigid: Fields, contact: Contact, start: Fields, precision: float) -> Tractions:
+    def rolled(rigid: Array, contact: Contact, start: Array, precision: float) -> Tractions:
         rate = rigid
         if roller.coupled:
             dragged = np.diff(body.drag(contact.pressure), axis=1) / body.spacing[0]
@@ -253,15 +250,15 @@ class TransientStep:
     force: float
     tangential_force: float
     lateral_force: float
-    traction: Fields = field(repr=False)
+    traction: Array = field(repr=False)
 
 
 def roll_on(
     body: NormalAndTangential,
-    pressures: Iterable[Field],
+    pressures: Iterable[Array],
     friction: float,
     creep: Creep,
-    start: Fields | None = None,
+    start: Array | None = None,
 ) -> Iterator[TransientStep]:
     """Roll by one cell per pressure, without coupling to normal displacements.
 
@@ -290,8 +287,8 @@ def roll_on(
 
 
 def pressed(
-    body: NormalAndTangential, gap: Field, roughness: Field, load: Load, tolerance: float = 1e-7
-) -> Iterator[Field]:
+    body: NormalAndTangential, gap: Array, roughness: Array, load: Load, tolerance: float = 1e-7
+) -> Iterator[Array]:
     """Yield the pressures of a roller whose roughness travels through the contact with the surface.
 
     `gap` is that of the smooth roller. `roughness` has heights (mx, ny), mx >= nx, with peaks

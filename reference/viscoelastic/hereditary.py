@@ -36,17 +36,16 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from reference.arrays import Array
 from reference.closed_form.form import ClosedForm, require_positive
 from reference.closed_form.numerics import gauss_rule
 from reference.errors import ConvergenceError, poisson_faults, refuse
 from reference.loads import History
 from reference.viscoelastic.materials import GeneralisedMaxwell
-
-Array = NDArray[np.float64]
 
 _NODES = (14, 24)  # their difference is the error estimate of the first rule
 _SAMPLES = 24  # samples per piece of the retreat

@@ -16,12 +16,11 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
+from reference.arrays import Array, Modes
 from reference.errors import refuse
-
-Array = NDArray[np.float64]
 
 # Arms whose times differ by less than this are merged, as their creep is indistinguishable.
 _ALIKE = 1e-10
@@ -108,7 +107,7 @@ class GeneralisedMaxwell:
             stress = stress + modulus * np.exp(-t / tau)
         return stress
 
-    def dynamic_modulus(self, frequency: ArrayLike) -> NDArray[np.complex128]:
+    def dynamic_modulus(self, frequency: ArrayLike) -> Modes:
         """Return the stress amplitude under unit strain exp(i w t), w of either sign."""
         s = 1j * np.asarray(frequency, dtype=float)
         stress = self.equilibrium_modulus + self.viscosity * s

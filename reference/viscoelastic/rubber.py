@@ -21,15 +21,12 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import lu_factor, lu_solve
 
+from reference.arrays import Array, Indices, Mask
 from reference.contact.pivot import Pivoted, bordered, pivot
 from reference.errors import ConvergenceError, positive_faults, refuse
 from reference.loads import Load
 from reference.viscoelastic.materials import GeneralisedMaxwell
 from reference.viscoelastic.travelling import Travelling
-
-Array = NDArray[np.float64]
-
-Mask = NDArray[np.bool_]
 
 LIMIT = 9000
 """Largest number of contact cells for a factorisation: 650 MB and about 20 s."""
@@ -160,7 +157,7 @@ class _Cells:
         half = values.reshape(-1, self.width)
         return np.hstack([half, half[:, ::-1]]) if self.mirrored else half
 
-    def displacement(self, inside: NDArray[np.intp], pressures: Array) -> Array:
+    def displacement(self, inside: Indices, pressures: Array) -> Array:
         """Return A p of all cells, `Travelling.datum` included, which makes A definite."""
         whole = np.zeros((pressures.shape[1], self.gaps.size))
         whole[:, inside] = pressures.T
@@ -169,7 +166,7 @@ class _Cells:
         moved = [self.of_grid(self.operator.apply(pressure)) for pressure in fields]
         return np.stack(moved, axis=1) + lifts
 
-    def factorised(self, inside: NDArray[np.intp]) -> Callable[[Array], Array]:
+    def factorised(self, inside: Indices) -> Callable[[Array], Array]:
         if inside.size > LIMIT:
             raise ConvergenceError(
                 f"{inside.size} cells in contact exceed the limit of {LIMIT}: use a coarser grid"
@@ -178,7 +175,7 @@ class _Cells:
         factor = lu_factor(matrix, overwrite_a=True, check_finite=False)
         return partial(lu_solve, factor, overwrite_b=True, check_finite=False)
 
-    def coefficients(self, points: NDArray[np.intp], loaded: NDArray[np.intp]) -> Array:
+    def coefficients(self, points: Indices, loaded: Indices) -> Array:
         places = *np.divmod(points, self.width), *np.divmod(loaded, self.width)
         return _matrix(*places, self.operator.table, self.mirrored, self.operator.shape[1])
 

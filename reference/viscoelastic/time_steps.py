@@ -18,15 +18,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from reference.arrays import Array
 from reference.contact.body import ElasticBody
 from reference.contact.press import Contact, check_gap, press
 from reference.loads import History, Load
 from reference.viscoelastic.hereditary import contact_factor
 from reference.viscoelastic.materials import GeneralisedMaxwell
-
-Field = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -39,7 +38,7 @@ class Instant:
     time: float
     penetration: float
     force: float
-    pressure: Field
+    pressure: Array
     violation: float
 
 

@@ -17,16 +17,15 @@ from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import fft
 
+from reference.arrays import Array, Modes
 from reference.closed_form.numerics import gauss_rule
 from reference.contact.body import check_grid, check_pressure
 from reference.errors import positive_faults, refuse
 from reference.halfspace import kernels
 from reference.viscoelastic.materials import GeneralisedMaxwell
-
-Array = NDArray[np.float64]
 
 _NODES = 12  # per panel; 1e-9 of the own-cell value, with the logarithms at the cell's edges
 _DEEP = 44.0  # exp(-44) is negligible
@@ -93,7 +92,7 @@ class Travelling:
         return float(np.abs(self.transfer).max()) if self.periodic else 0.0
 
     @cached_property
-    def transfer(self) -> NDArray[np.complex128]:
+    def transfer(self) -> Modes:
         """Transfer function from pressure to displacement on the padded grid, modes of `rfft2`.
 
         Of a periodic grid 2/(|q| 4 G*(-q_x v)), and zero for q = 0. Waves along y do not travel and
