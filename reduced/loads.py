@@ -1,7 +1,5 @@
 """Prescribed loads of a contact: a path of values, or increasing loads."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

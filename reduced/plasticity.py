@@ -26,8 +26,6 @@ The line less what its springs have lost is a rough line in elastic contact: its
 are those of that line. Along it the springs unload, and yield again beyond the deepest penetration.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields, replace
 from typing import Literal
 

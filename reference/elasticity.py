@@ -1,7 +1,5 @@
 """Isotropic linear elasticity: constants of a material, invariants of its stress."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -3,8 +3,6 @@
 Every check of arguments returns a list of messages; `refuse` raises them as one ValueError.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 from typing import TypeGuard
 

@@ -1,7 +1,5 @@
 """Rough surfaces as periodic height maps: synthesis (19.22)-(19.23), refinement, summits."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple

@@ -19,8 +19,6 @@ A spring under a rough roller has a height of its own, which travels with it: it
 smooth profile at the penetration d + h (`roll_rough`).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -33,8 +33,6 @@ converge as dx^2 for a curved one. Knots inside a slipping or free part are remo
 is bounded by the boundaries in the memory of the path.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 

@@ -11,8 +11,6 @@ A rigid mass that strikes (19.3) has the equation of motion m d'' = -F with F th
 of springs, including their history: the contact has no mass and responds instantly (19.3 (a)).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

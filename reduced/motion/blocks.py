@@ -10,8 +10,6 @@ Blocks on springs, explicit or implicit:
 with L = mu F_N of a block and V the speed of its support (a belt; 0 for the ground).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 

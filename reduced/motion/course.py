@@ -5,8 +5,6 @@
 F is the force of the springs (19.14) under the profile, with sub-cell contact edges.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The contact of Fig. 19.4, and impacts of a rigid mass on it from energy, without time steps."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Protocol
 

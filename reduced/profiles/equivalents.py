@@ -7,8 +7,6 @@ cylinder; applied to other shapes, as the sentence after (19.17) suggests, it is
 is wrong by a factor measured by this suite (pi/4 for the cone).
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -4,8 +4,6 @@
 millisecond per call made solves of a sphere or a power law take two to three times as long.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 

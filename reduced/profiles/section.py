@@ -1,7 +1,5 @@
 """Sections and profiles of the reduced model: height, slope, curvature, sharp edge."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

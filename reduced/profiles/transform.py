@@ -12,8 +12,6 @@ between the breakpoints, so kinks cause no loss of accuracy. For graded half-spa
 (`springs.layers`) all of them have a weight cos(t)^k, and jumps have (sqrt(x^2 - b^2)/x)^k.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.special import beta
 

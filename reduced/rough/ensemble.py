@@ -1,7 +1,5 @@
 """Ensembles of rough lines: statistics by load, reproducible and with bounded memory."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
 

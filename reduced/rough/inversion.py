@@ -10,8 +10,6 @@ around the roots, and continue with Newton's method; these passes add pieces of 
 that cross no level. One walk along the line then measures the contacts.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 

@@ -11,8 +11,6 @@ finite surface it does not: C1D of a power law sampled at the modes increases th
 rings of modes, B1D(k)^2 = (1/2) sum_ring |B2D|^2, conserves <h^2> exactly and is the default.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The calculation procedure of section 19.7, from a measured map to contact and stress."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Connected contacts of a rough line at one depth, and the local stress rule."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -10,8 +10,6 @@ over levels at the end. Sums are never subtracted, so no digits are lost.
 Lengths are in units of the spacing. Free lines end half a cell beyond their outer points.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

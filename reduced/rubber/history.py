@@ -22,8 +22,6 @@ compiled part times are lengths v t, the relaxation length is l = v tau, and for
 then a spring in contact carries g + l dg/ds, g = h - Z0.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -11,8 +11,6 @@ w its deflection; w = h - Z0 in contact. The friction is the force that is work-
 sliding, F_x = int f dh/dx dx; F_x v is the power dissipated.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

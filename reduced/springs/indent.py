@@ -1,7 +1,5 @@
 """Indentation of independent springs by an equivalent profile, all loads at once."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -21,8 +21,6 @@ have the force, penetration and contact radius of every round body on it (Hess, 
 these springs are all alike, c_N ds: the row of springs of a half-space, under g(x(s)).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Surface pressure from spring forces: the exact Abel inversion and the chapter's local rule."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from reduced.errors import positive_faults, refuse

@@ -17,8 +17,6 @@ foot of that distance, has the energy of
 a polynomial again. The far field of a contact falls like that, to the third order.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -14,8 +14,6 @@ The pressures are uniform on rings, or on the cells of a fan, whose energy has a
 displacements are those of the surface of `dirichlet.Prisms`.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 
 import numpy as np

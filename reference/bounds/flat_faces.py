@@ -5,8 +5,6 @@ lies Polya & Szego's inequality (Isoperimetric Inequalities, 1951; k is the capa
 disc): k >= 2 E* sqrt(A/pi), so that a circle of the same area always errs to the soft side.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

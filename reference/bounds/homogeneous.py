@@ -5,8 +5,6 @@ degree n, g(s x) = s^n g(x), so F = U (2n+1)/(n d): bounds of the energy are bou
 penetration of 1 serves for all: F = E* d^(1+1/n) F(1).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace

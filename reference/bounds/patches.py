@@ -18,8 +18,6 @@ energy is <q, K q>/2 + s int q + b s^2, as the punch pushes by no more than s an
 stiffness lies between chords of the force, which is convex as the contact area grows (Barber 1974).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -18,8 +18,6 @@ trigonometric polynomial, so its energy is a sum over modes, and its minimum is 
 that little is lost to the minimum.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

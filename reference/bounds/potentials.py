@@ -15,8 +15,6 @@ the pressures differ: nothing is sampled. The rounding of the transforms is boun
 (`transform_rounding`), that of logarithms as `interval` says.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from functools import lru_cache

@@ -21,8 +21,6 @@ out is at most twice the terms from n = 7 on, q^7/(1 - q)/|X| for |y| <= q |X|. 
 |X + y| itself, with coefficients below one, bounds the rest of the Gauss points along a side.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 

@@ -12,8 +12,6 @@ F = min {int q : q >= 0, K q >= d - g}.
 The bodies are rising, convex profiles, a row each; others have none.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -7,8 +7,6 @@ largest modulus exceeds the largest sample by a factor of 1/cos(pi/(2M)) per dir
 (Ehlich & Zeller 1964, Math. Z. 86, 41).
 """
 
-from __future__ import annotations
-
 import math
 from math import comb, factorial
 

@@ -10,8 +10,6 @@ As dF0 = 2 E* a dd0 without adhesion, the contact is lost when sqrt(a) d0'(a) ha
 sqrt(pi w/(2 E*)) under force control, and to a third of that under penetration control.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The class of all exact contacts: laws of a shape, behind checks of the loads."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The half-space under a point force, wavy surfaces, and waves on an anisotropic one."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Quadrature, root finding and cancellation-free differences shared by the closed forms."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 

@@ -1,7 +1,5 @@
 """Cylinders that roll in plane strain: with friction and creep (Carter), on rubber (Hunter)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -19,8 +19,6 @@ lost contact: with h'(q) the rms gradient of these waves the share in contact is
 p/h').
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 Radii, slopes and the effective modulus E* are positive and in consistent units; others are refused.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

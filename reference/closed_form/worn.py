@@ -3,8 +3,6 @@
 A place loses k p ds (Archard's law, locally).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 

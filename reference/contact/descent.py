@@ -18,8 +18,6 @@ All quantities enter homogeneously: no absolute tolerance, and a change of units
 changes no digit.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

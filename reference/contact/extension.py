@@ -17,8 +17,6 @@ passes through memory. All is linear for a given contact, and `restrict` is the 
 `extend`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import pairwise
 

@@ -5,8 +5,6 @@ number of threads, by default one. SciPy's transforms and the compiled loops rel
 interpreter's lock.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait

@@ -21,8 +21,6 @@ of which only the Schur complement, |A| + |R| equations, is new in a round. Belo
 (`TabulatedCells`) coefficients are tabulated.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial

@@ -14,8 +14,6 @@ prescribed total is one more equation, for the rigid displacement. There is no p
 convergence; random problems by the thousand are solved (test_slide).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from math import frexp
 from typing import Protocol

@@ -12,8 +12,6 @@ the next term of Lamb's solution in powers of (contact radius)/(wavelength). G a
 shear modulus and the speed of shear waves; int beta (dF/dt)^2 dt is radiated.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

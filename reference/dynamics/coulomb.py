@@ -7,8 +7,6 @@ with V the constant speed of the support of a block (Coulomb 1785; Den Hartog 19
 followed exactly by `event_driven`, and here in fixed steps; three have closed forms.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

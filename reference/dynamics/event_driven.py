@@ -6,8 +6,6 @@ frequencies, damping or resonance. Only the ends of phases have to be located: w
 reaches zero, or the force on a sticking block reaches its limit.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 

@@ -4,8 +4,6 @@ m x'' = F0 + P cos(W t) - c x' - F(x), F the static force of the contact, zero i
 F0 the constant load with F(d0) = F0.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

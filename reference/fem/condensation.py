@@ -8,8 +8,6 @@ of a compiled sparse solver on these problems, and the Schur complement needs no
 MKL Pardiso does the same, if the optional package pypardiso is installed (the extra `fast`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from importlib.util import find_spec

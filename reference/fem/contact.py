@@ -7,8 +7,6 @@ the largest force at a given penetration (Barber 1974, *J. Strain Anal.* 9, 230)
 active set on the scaled body then confirms or corrects it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 

@@ -5,8 +5,6 @@ gradients of the 27 scalar ones come from the scikit-fem element, and all elemen
 batched matrix product, 26 to 96 times faster.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from skfem import MeshHex, MeshHex2, MeshTet
 from skfem.element import ElementHex2, ElementQuad1, ElementQuad2, ElementTetP2

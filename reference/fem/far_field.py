@@ -9,8 +9,6 @@ compliance of higher order in (contact radius / mesh radius) than a prescribed f
 All fields are for a unit Young's modulus, z into the half-space.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from reference.arrays import Array

@@ -3,8 +3,6 @@
 z points into the half-space, the surface is z = 0. Curved rings have exact mid-nodes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -11,8 +11,6 @@ so that the matrix of three dimensions, 2 kB for each unknown, is never assemble
 preconditioner knows the contact (`IterativeFlexibility`): two million unknowns take 2 GB.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 

@@ -6,8 +6,6 @@ aggregation with the rigid motions as near-null space (P. Vanek, J. Mandel & M. 
 of a factorisation with their powers 4/3 and 2.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy import sparse
 from scipy.linalg import cho_factor, cho_solve, pinvh

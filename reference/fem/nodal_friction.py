@@ -12,8 +12,6 @@ nodes than `contact.slide` between two pivots, and holds for strong friction, wi
 tangential problem in turn do not converge.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

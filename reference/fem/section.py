@@ -7,8 +7,6 @@ the square-root singularity of the edge, and only the logarithm of R matters: bo
 are as cheap as small ones.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise

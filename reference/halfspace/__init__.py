@@ -1,7 +1,5 @@
 """Contact on the elastic half-space: kernels, operators, areas."""
 
-from __future__ import annotations
-
 from reference.contact.press import Contact
 from reference.halfspace import areas, kernels
 from reference.halfspace.kernels import FreeOperator, PeriodicOperator

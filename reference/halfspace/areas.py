@@ -23,8 +23,6 @@ area by a sum over the crossings and a constant per closed outline, 0.41 h^2 (He
 curvature of any outline is 2 pi. `tests/reference/test_halfspace_contact_line.py` has what is left.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any

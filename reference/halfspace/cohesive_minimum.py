@@ -11,8 +11,6 @@ load, a stiff machine holds it, F/A0 = S_max (<h> - m). Several minima exist: th
 the start is taken, as a slow motion would.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -15,8 +15,6 @@ On a fixed set of cells the pressures are linear in the penetration, so that the
 and its load are known exactly, also on unstable parts of the path.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

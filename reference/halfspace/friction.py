@@ -11,8 +11,6 @@ step, the result is of first order in the steps. Under constant pressure and inc
 without coupling, one step is as good as many except for the turning of slip off the axis.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial

@@ -5,8 +5,6 @@ functions of the half-space under periodic pressure. All lengths and moduli are 
 u is positive into the half-space.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Literal, Self
 

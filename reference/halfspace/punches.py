@@ -14,8 +14,6 @@ removes the first-order error, -17 % dx/a of the stiffness. Oblique edges and co
 (docs/half-space.md) with so much scatter that extrapolation does not help.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

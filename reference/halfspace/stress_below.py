@@ -12,8 +12,6 @@ below the surface, where a half-space yields first: for Hertz at nu = 0.3 the sh
 0.310 of the largest pressure 0.48 a below (Johnson 1985, section 4.2).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple
 

@@ -4,8 +4,6 @@ A cell of the shape loses k p ds, p its pressure and ds its slip (Archard 1953, 
 are explicit (Heun's) and as long as cells allow: k E* ds is half their side at most.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

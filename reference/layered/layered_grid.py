@@ -9,8 +9,6 @@ a function of log r without steps, from 1 near the force to E1/E of the base far
 over cells, it is the table of `cell_coefficients`.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from functools import cache

@@ -15,8 +15,6 @@ of the flat punch of the same radius. This shares the compliance with the grid s
 else.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache, cached_property

@@ -37,8 +37,6 @@ int_0^x f'(r) (x^2 - r^2)^((k-1)/2) dr. For k >= 1 the integral of u over a load
 such a body has no compliance.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 

@@ -11,8 +11,6 @@ compliance R of what lies below, the tractions at the bottom of a slice are
     (T, S)_bottom = (E21 R + E22)^-1 (T, S)_top.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any

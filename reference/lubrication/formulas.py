@@ -33,8 +33,6 @@ exp(-0.56/s) (Patir & Cheng 1978). An effective medium of conductances h^3, whic
 of the area touches: <(h^3 - K)/(h^3 + K)> = 0 (Bruggeman 1935).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

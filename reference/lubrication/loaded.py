@@ -6,8 +6,6 @@ pressure bends is a convolution (`halfspace.kernels`), so that steps are found b
 preconditioned by a sparse factorisation in which a cell bends its neighbours only.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property
 

@@ -5,8 +5,6 @@ reach c = sqrt(2 R h0) of a rigid ball's pressure, films in l^2/R, pressure in F
 are left: 12 eta U R^2/(F l), of an approach 12 eta V R^3/(F l^2), and F R/(E* l^3).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 
 import numpy as np

@@ -13,8 +13,6 @@ are equal where bodies deform, and wider and wider around it: the film reaches m
 contact (of the force of an entrained rigid ball, the part beyond r falls only as 1/r).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple

@@ -15,8 +15,6 @@ each tested with the other's equation, <h^3 dpsi/dx> = <h (1 + dp/dx)>, so that
 phi_U = -<h dp/dx>/<h>.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

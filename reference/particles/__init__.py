@@ -1,7 +1,5 @@
 """Movable cellular automata: a body of particles with pair forces and a mean stress."""
 
-from __future__ import annotations
-
 from reference.particles.automata import (
     Automata,
     Domain,

@@ -33,8 +33,6 @@ density; times are in r0 sqrt(rho/E). An automaton has the mass V and, as a ball
 moment of inertia V/10.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

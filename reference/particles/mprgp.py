@@ -8,8 +8,6 @@ when their pull outweighs all other imbalance. Each step lowers the energy, and 
 found in a finite number of steps.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 

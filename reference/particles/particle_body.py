@@ -11,8 +11,6 @@ the floor is under, and (u_1 - u_2)/sqrt(2): a rotation, which leaves the stiffn
 conditioned as that of either body. Nothing is said of an effective modulus.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -16,8 +16,6 @@ far. A load is solved when no strain would change its automaton's stress by more
 the yield stress; strains, displacements and force are then those of one and the same turn.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any

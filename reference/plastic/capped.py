@@ -11,8 +11,6 @@ surface, g + w, is in elastic contact at every step, along which it unloads and 
 volume is kept: what sinks below a peak comes up nowhere.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 

@@ -12,8 +12,6 @@
   first yield as their authors compute it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

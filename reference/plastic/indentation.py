@@ -7,8 +7,6 @@ potential (incremental plasticity, exterior, springs): Newton's method with a li
 slope converges from anywhere.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 

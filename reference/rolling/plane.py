@@ -14,8 +14,6 @@ through their mesh at a speed V. For the continuum that is a factor of the compl
 (L. B. Freund, Dynamic Fracture Mechanics, 1990, sec. 4.3): `moving_compliance`.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

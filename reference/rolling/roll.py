@@ -26,8 +26,6 @@ a problem of a symmetric body. Where the steps come to rest they obey the steady
 whose shape changes as they roll (roughness that travels with the surface) have no steady state.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import partial

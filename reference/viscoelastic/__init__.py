@@ -7,8 +7,6 @@
 - `rubber`: steady sliding, whose operator is not symmetric; a paraboloid on fitted grids.
 """
 
-from __future__ import annotations
-
 from reference.viscoelastic.hereditary import Curve, Rebound, creep, impact, indentation
 from reference.viscoelastic.materials import GeneralisedMaxwell
 from reference.viscoelastic.time_steps import Instant, press_in_time

@@ -27,8 +27,6 @@ these z_j, stopped at t1(t), with t1 the root of the force of a spring first tou
 contact is lost when that root is the time of first touch.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial

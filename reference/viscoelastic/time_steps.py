@@ -12,8 +12,6 @@ as dt^2 (for a dashpot without a spring in series, J_0 = 0, pressure may jump: t
 over a step and belongs to its middle).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
