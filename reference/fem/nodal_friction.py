@@ -40,8 +40,8 @@ from reference.loads import LoadPath
 _NEWTON, _FORCE_ERROR, _SLOPE_STEP = 60, 1e-6, 1e-3
 # Largest factor of the penetration in a Newton step.
 _LARGEST_FACTOR = 2.0
-# Extent of contact candidates with friction and their fine rings, in contact radii.
-_FRICTION_REACH = 1.25
+# Extents of candidates with friction and their fine rings, and of the mesh, in contact radii.
+_FRICTION_REACH, _EXTENT = 1.25, 5.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,7 @@ class FrictionalBody:
 
 
 def frictional_body(
-    contact_radius: float, material: Material, *, elements: int = 4, extent: float = 5.0
+    contact_radius: float, material: Material, *, elements: int = 4
 ) -> FrictionalBody:
     """Return a half-space condensed onto all three displacements below one round contact.
 
@@ -68,24 +68,21 @@ def frictional_body(
     outer boundary; the error from higher moments decreases at least as (a/L)^2.
 
     Candidates extend a quarter further than the (largest) contact radius, which has so many 27-node
-    elements (two node spacings), at least 2; `extent` is radius and depth of the mesh in contact
-    radii, at least 2; nu <= 0.4999.
+    elements (two node spacings), at least 2; the mesh reaches five of them. nu <= 0.4999.
     """
     faults = positive_faults(contact_radius=contact_radius) + count_faults(2, elements=elements)
     nu = material.poisson_ratio
     if material.incompressible:
         faults.append(f"poisson_ratio must be at most {LARGEST_POISSON_RATIO}, not {nu!r}")
-    if not (np.isfinite(extent) and extent >= 2.0):
-        faults.append(f"extent must be at least 2 contact radii, not {extent!r}")
     refuse(faults)
     # even rings up to the candidates' extent, growing beyond and with depth
     cells = max(1, round(0.5 * elements))
     size, growth = 0.5 / cells, 1.0 + 1.2 / np.sqrt(elements)
     inside = np.linspace(0.5, 1.0, cells + 1)
     further = 1.0 + size * np.arange(1, int(np.ceil((_FRICTION_REACH - 1.0) / size)) + 1)
-    beyond = growing_lines(further[-1], extent, growth * size, growth)[1:]
+    beyond = growing_lines(further[-1], _EXTENT, growth * size, growth)[1:]
     rings = np.concatenate([inside, further, beyond])
-    depths = growing_lines(0.0, extent, 0.8 * size, growth)
+    depths = growing_lines(0.0, _EXTENT, 0.8 * size, growth)
     grid = ring_mesh(rings, depths, core_cells=cells, round_from=1.0, planes=(False, True))
     points = grid.mesh.p
     nodes = facet_nodes(grid.mesh, grid.surface)

@@ -251,8 +251,14 @@ class Graded(DeepBody):
     @property
     def spring_modulus(self) -> float:
         """c_N: stiffness of the equivalent springs per length at x = c0."""
-        nu = self.material.poisson_ratio
-        return stiffening(self.exponent, nu) * self.material.youngs_modulus / (1 - nu**2)
+        k, nu = self.exponent, self.material.poisson_ratio
+        # h(k, nu), one for k = 0 (Hess 2016, eq. 9 with (5))
+        root = np.sqrt((1 + k) * (1 - k * nu / (1 - nu)))
+        C = 2 ** (1 + k) * gamma((3 + k + root) / 2) * gamma((3 + k - root) / 2)
+        C /= np.pi * gamma(2 + k)
+        upper = 2 * (1 + k) * np.cos(np.pi * k / 2) * gamma(1 + k / 2)
+        lower = np.sqrt(np.pi) * C * root * np.sin(np.pi * root / 2) * gamma((1 + k) / 2)
+        return float(upper / lower) * self.material.youngs_modulus / (1 - nu**2)
 
     @property
     def point_factor(self) -> float:
@@ -277,18 +283,3 @@ class Graded(DeepBody):
         ratios = np.append((1 - k) * ends[1] ** k, (ends[1:-1] * ends[2:]) ** (k / 2))
         moduli = self.material.youngs_modulus * ratios / self.depth**k
         return [Material(float(E), nu) for E in moduli]
-
-
-def stiffening(exponent: float, poisson_ratio: float) -> float:
-    """h(k, nu), one for k = 0 (Hess 2016, eq. 9 with (5)).
-
-    >>> round(stiffening(0.0, 0.3), 12)
-    1.0
-    """
-    k, nu = exponent, poisson_ratio
-    root = np.sqrt((1 + k) * (1 - k * nu / (1 - nu)))
-    C = 2 ** (1 + k) * gamma((3 + k + root) / 2) * gamma((3 + k - root) / 2)
-    C /= np.pi * gamma(2 + k)
-    upper = 2 * (1 + k) * np.cos(np.pi * k / 2) * gamma(1 + k / 2)
-    lower = np.sqrt(np.pi) * C * root * np.sin(np.pi * root / 2) * gamma((1 + k) / 2)
-    return float(upper / lower)

@@ -24,7 +24,7 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components
 from scipy.sparse.linalg import splu
 
 from reference.arrays import Array, Mask
-from reference.errors import ConvergenceError, refuse, spacing_faults
+from reference.errors import ConvergenceError, refuse
 
 # Of what the widest cell lets through: factors are judged to parts in a hundred.
 _BALANCED = 1e-8
@@ -47,8 +47,8 @@ class PlaneFlow:
     imbalance: float
 
 
-def plane_flow(gap: ArrayLike, spacing: tuple[float, float] = (1.0, 1.0)) -> PlaneFlow:
-    """Return what a periodic gap lets through along x.
+def plane_flow(gap: ArrayLike) -> PlaneFlow:
+    """Return what a periodic gap on square cells lets through along x.
 
     Between the centres of two cells the gap is that of either, a half each: flow across stripes is
     by the mean of h^-3, along them by that of h^3. Cells without a way through are left out, for
@@ -63,7 +63,7 @@ def plane_flow(gap: ArrayLike, spacing: tuple[float, float] = (1.0, 1.0)) -> Pla
     1.75
     """
     h = np.asarray(gap, dtype=np.float64)
-    faults = spacing_faults(spacing)
+    faults = []
     if h.ndim != 2 or min(h.shape, default=0) < 3:
         faults.append(f"gap must have two axes of at least 3 cells, not shape {h.shape}")
     elif not (np.isfinite(h).all() and (h >= 0).all()):
@@ -85,12 +85,11 @@ def plane_flow(gap: ArrayLike, spacing: tuple[float, float] = (1.0, 1.0)) -> Pla
     index = np.arange(h.size).reshape(h.shape)
     cells, matrix = sparse.eye_array(h.size, format="csr"), sparse.csr_array((size, size))
     for axis in (0, 1):
-        factor = (conductance[axis] * spacing[1 - axis] / spacing[axis]).ravel()
+        factor = conductance[axis].ravel()
         faces = np.flatnonzero(factor)
         steps = (cells[np.roll(index, -1, axis).ravel()] - cells)[faces][:, open_cells]
         matrix += steps.T @ sparse.diags_array(factor[faces]) @ steps
-    source = conductance[0] * spacing[1]
-    right = (np.roll(source, 1, 0) - source).ravel()[open_cells]
+    right = (np.roll(conductance[0], 1, 0) - conductance[0]).ravel()[open_cells]
     # pressure, beside the mean one -x, is known but for a constant in every connected piece
     _, labels = connected_components(matrix, directed=False)
     held = np.unique(labels, return_index=True)[1]
@@ -100,12 +99,10 @@ def plane_flow(gap: ArrayLike, spacing: tuple[float, float] = (1.0, 1.0)) -> Pla
     solution = np.zeros(h.size)
     solution[open_cells[free]] = factors.solve(right[free])
     pressure = solution.reshape(h.shape)
-    along = (np.roll(pressure, -1, 0) - pressure) / spacing[0]
-    aside = (np.roll(pressure, -1, 1) - pressure) / spacing[1]
+    along, aside = (np.roll(pressure, -1, axis) - pressure for axis in (0, 1))
     flow, across = conductance[0] * (1 - along), -conductance[1] * aside
-    kept = (flow - np.roll(flow, 1, 0)) * spacing[1] + (across - np.roll(across, 1, 1)) * spacing[0]
-    driven = spacing[1] * conductance[0] + spacing[0] * conductance[1]
-    imbalance = float(np.abs(kept).max() / driven.max())
+    kept = flow - np.roll(flow, 1, 0) + across - np.roll(across, 1, 1)
+    imbalance = float(np.abs(kept).max() / (conductance[0] + conductance[1]).max())
     if not imbalance <= _BALANCED:
         raise ConvergenceError(f"cells keep {imbalance:.1e} of the flow; the gap varies too widely")
     # half of the way on either side: a sliding plane carries <h^-2>/<h^-3> through a face

@@ -31,7 +31,7 @@ def test_stripes_across_the_flow_are_in_series():
 def test_stripes_along_the_flow_are_side_by_side():
     """<h^3> = 1 + 3 a^2/2, and sliding draws the mean gap along."""
     a = 0.5
-    along = plane_flow(np.repeat((1 + a * wave(64))[None, :], 3, axis=0), spacing=(2.0, 0.1))
+    along = plane_flow(np.repeat((1 + a * wave(64))[None, :], 3, axis=0))
     assert along.pressure_factor == pytest.approx(1 + 1.5 * a**2, rel=1e-12)
     assert along.shear_factor == pytest.approx(1.0, rel=1e-12)
 
@@ -136,7 +136,7 @@ def test_pockets_of_oil_change_nothing():
 
 def test_flow_is_the_same_in_every_unit():
     gap = rough(12)
-    here, there = plane_flow(gap), plane_flow(1e-9 * gap, spacing=(1e-6, 1e-6))
+    here, there = plane_flow(gap), plane_flow(1e-9 * gap)
     assert there.pressure_factor == pytest.approx(here.pressure_factor, rel=1e-12)
     np.testing.assert_allclose(there.flow * 1e27, here.flow, atol=1e-12)
 
