@@ -220,7 +220,7 @@ def _conjugate_gradients(  # noqa: PLR0913
     image, free = np.empty_like(clearance), np.zeros(clearance.size, np.uint8)
     image_map, free_map = image.reshape(shape), free.reshape(shape)
     if inverse is not None:
-        extension = Extension(shape, inverse.shape, clearance.dtype)
+        extension = Extension(inverse.shape, clearance.dtype)
         # on a periodic grid the result of the preconditioner is computed in place
         period = image_map if inverse.shape == shape else np.empty(inverse.shape, lower.dtype)
     history: list[float] = []

@@ -41,7 +41,7 @@ class Extension:
 
     A constant remains one, and the transpose conserves sums:
 
-    >>> extension = Extension((4, 6), (5, 6), np.float64)
+    >>> extension = Extension((5, 6), np.float64)
     >>> free = np.zeros((4, 6), np.uint8)
     >>> free[1:3, 2] = 1
     >>> np.unique(extension.extend(2.0 * free, free, np.empty((5, 6)))).tolist()
@@ -50,24 +50,13 @@ class Extension:
     30.0
     """
 
-    def __init__(self, shape: tuple[int, int], padded: tuple[int, int], dtype: DTypeLike) -> None:
-        self.shape, self.padded = shape, padded
-        sides = [_halved(padded)]
-        while max(sides[-1]) > 1:
-            sides.append(_halved(sides[-1]))
-        self._sides = np.array(sides)
-        cells = int(self._sides.prod(axis=1).sum())
+    def __init__(self, period: tuple[int, int], dtype: DTypeLike) -> None:
         # sums over the contact in blocks of all sizes, and the share of a block in contact
-        self._sums, self._shares = np.empty(cells, dtype), np.empty(cells, dtype)
-        # levels that threads share, and the next one
-        large = sum(n * m > pieces.SIZE for n, m in sides)
-        starts = np.concatenate([[0], np.cumsum(self._sides.prod(axis=1))])
         self._levels: list[tuple[Floats, Floats]] = []
-        for level in range(min(large + 1, len(sides))):
-            part = slice(starts[level], starts[level + 1])
-            sums, shares = (flat[part].reshape(sides[level]) for flat in (self._sums, self._shares))
-            self._levels.append((sums, shares))
-        self._first, self._start = len(self._levels) - 1, int(starts[len(self._levels) - 1])
+        sides = period
+        while not self._levels or max(sides) > 1:
+            sides = (sides[0] + 1) // 2, (sides[1] + 1) // 2
+            self._levels.append((np.empty(sides, dtype), np.empty(sides, dtype)))
 
     def extend(self, values: Floats, free: NDArray[np.uint8], out: Floats) -> Floats:
         """Fill `out` (padded) with `values` on the free cells, which are zero elsewhere, continued.
@@ -87,7 +76,7 @@ class Extension:
         self._over(_collect, levels[0][0], field, free)
         for (values, weights), (coarse, _) in pairwise(levels):
             self._over(_collect, coarse, values, weights)
-        _through_blocks(self._sums, self._shares, self._sides, self._first, self._start, True)
+        np.divide(*levels[-1], out=levels[-1][0])
         for (values, weights), (coarse, _) in reversed(list(pairwise(levels))):
             self._over(_return, coarse, values, weights, values)
         self._over(_return, levels[0][0], field, free, out)
@@ -102,7 +91,7 @@ class Extension:
         self._over(_gather, *levels[0], field, free)
         for fine, above in pairwise(levels):
             self._over(_gather, *above, *fine)
-        _through_blocks(self._sums, self._shares, self._sides, self._first, self._start, False)
+        np.divide(*levels[-1], out=levels[-1][0])
         for (values, weights), (coarse, _) in reversed(list(pairwise(levels))):
             self._over(_spread, coarse, values, weights, values)
 
@@ -113,43 +102,6 @@ class Extension:
             return
         step = pieces.rows_of(4 * columns)
         pieces.over(rows, step, lambda part: work(coarse, *maps, part.start, part.stop))
-
-
-def _halved(sides: tuple[int, int]) -> tuple[int, int]:
-    return (sides[0] + 1) // 2, (sides[1] + 1) // 2
-
-
-@njit(cache=True, nogil=True)
-def _level(flat, sides, level, start):
-    rows, columns = sides[level]
-    return flat[start : start + rows * columns].reshape((rows, columns))
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _through_blocks(sums, shares, sides, first, start, transposed):
-    """Replace the sums of levels from `first` on, which is at `start`, by continued means.
-
-    Transposed: what blocks have collected by what their contact cells get.
-    """
-    for level in range(first, len(sides) - 1):
-        above, rows = start + sides[level, 0] * sides[level, 1], sides[level + 1, 0]
-        values, weights = _level(sums, sides, level, start), _level(shares, sides, level, start)
-        coarse = _level(sums, sides, level + 1, above)
-        if transposed:
-            _collect(coarse, values, weights, 0, rows)
-        else:
-            _gather(coarse, _level(shares, sides, level + 1, above), values, weights, 0, rows)
-        start = above
-    sums[start] /= shares[start]
-    for level in range(len(sides) - 2, first - 1, -1):
-        above, rows = start, sides[level + 1, 0]
-        start -= sides[level, 0] * sides[level, 1]
-        values, weights = _level(sums, sides, level, start), _level(shares, sides, level, start)
-        coarse = _level(sums, sides, level + 1, above)
-        if transposed:
-            _return(coarse, values, weights, values, 0, rows)
-        else:
-            _spread(coarse, values, weights, values, 0, rows)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=_REORDER)

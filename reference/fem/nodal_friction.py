@@ -67,8 +67,8 @@ def frictional_body(
     force, Boussinesq's for its normal and Cerruti's for its tangential part, is prescribed on the
     outer boundary; the error from higher moments decreases at least as (a/L)^2.
 
-    Candidates extend a quarter further than the (largest) contact radius, which has so many 27-node
-    elements (two node spacings), at least 2; the mesh reaches five of them. nu <= 0.4999.
+    Candidates extend a quarter further than the (largest) contact radius, the mesh to five of them;
+    one of them has so many 27-node elements (two node spacings), at least 2. nu <= 0.4999.
     """
     faults = positive_faults(contact_radius=contact_radius) + count_faults(2, elements=elements)
     nu = material.poisson_ratio

@@ -226,7 +226,7 @@ def test_restriction_is_the_transpose_of_extension(shape, period):
     free = (random.random(shape) < 0.2).astype(np.uint8)
     free[0, 0] = 1
     values, field = random.random(shape) * free, random.random(period)
-    extension = Extension(shape, period, np.float64)
+    extension = Extension(period, np.float64)
     extended = extension.extend(values, free, np.empty(period))
     restricted = extension.restrict(field, free, np.empty(shape))
     assert np.vdot(extended, field) == pytest.approx(np.vdot(values, restricted), rel=1e-13)
