@@ -1,8 +1,6 @@
 """Contact of rigid shapes with the finite-element half-space, against closed forms."""
 
-import importlib.util
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -259,7 +257,6 @@ def test_fixed_meshes_refuse_and_report():
         list(press(body, gap, Load("penetration", 1.0), soft))
 
 
-SCRIPT = Path(__file__).resolve().parents[2] / "docs" / "examples" / "finite_element_tables.py"
 # Largest error of the force at four and six elements per radius, and the least order from two
 # elements on: a third of a decade above what is measured, for powers of the radius at most the
 # contract of 2e-4 at four (the fourth: 1.8e-4). Powers of the radius change the sign of their error
@@ -276,19 +273,12 @@ BOUNDS = {
 }
 
 
-@pytest.fixture(scope="module")
-def tables():
-    spec = importlib.util.spec_from_file_location("finite_element_tables", SCRIPT)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("nu", [0.0, 0.3, 0.49, 0.4999])
 @pytest.mark.parametrize("shape", BOUNDS)
-def test_errors_and_orders_of_every_shape(tables, shape, nu):
-    errors = np.abs([tables.SHAPES[shape](n, nu) for n in (2, 4, 6)])
+def test_errors_and_orders_of_every_shape(script, shape, nu):
+    shapes = script("finite_element_tables").SHAPES
+    errors = np.abs([shapes[shape](n, nu) for n in (2, 4, 6)])
     coarse, fine, order = BOUNDS[shape]
     assert errors[1] < coarse
     assert errors[2] < fine

@@ -1,6 +1,5 @@
 """Influence coefficients against 50 digits, lattice sums and Boussinesq's point load."""
 
-import importlib.util
 from pathlib import Path
 
 import mpmath
@@ -84,15 +83,10 @@ def test_cell_kernel_is_loves_kernel_summed_over_all_periodic_images():
     np.testing.assert_allclose(result, total - total.mean(), atol=2e-6 * result.max())
 
 
-def test_the_kernels_on_the_page_are_those_of_the_code():
+def test_the_kernels_on_the_page_are_those_of_the_code(script):
     """The table of cells over continuum in docs/half-space.md is written by its script."""
-    root = Path(__file__).resolve().parents[2]
-    script = root / "docs" / "examples" / "half_space_tables.py"
-    spec = importlib.util.spec_from_file_location(script.stem, script)
-    tables = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(tables)
-    page = (root / "docs" / "half-space.md").read_text(encoding="utf-8")
-    assert markdown_rows(tables.transfer_ratio()) in page
+    page = (Path(__file__).parents[2] / "docs" / "half-space.md").read_text(encoding="utf-8")
+    assert markdown_rows(script("half_space_tables").transfer_ratio()) in page
 
 
 @pytest.mark.parametrize(

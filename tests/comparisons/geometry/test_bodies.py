@@ -214,17 +214,6 @@ def test_a_quarter_stands_for_the_whole(tmp_path):
         )
 
 
-@pytest.mark.slow
-def test_refinement_halves_the_cells_and_converges(tmp_path):
-    """Three levels: the changes of the force shrink at least as fast as the spacing."""
-    file = write(tmp_path / "block.msh", (LINES[0][3:], LINES[1][3:], LINES[2]))
-    supports = {"bottom": "fixed", "x0": "roller", "y0": "roller"}
-    own = {"supports": supports, "symmetric_parts": 4, "position": [0, 0]}
-    made = scene(tmp_path, file.name, **own)
-    force = [solved(made, n).quantities["force"][0, -1] for n in (1, 2, 4)]
-    assert abs(force[2] - force[1]) < 0.5 * abs(force[1] - force[0])
-
-
 def test_the_surface_itself_is_part_of_the_gap(tmp_path):
     """A crowned block under a plane is a flat one under the same crown: the same contact.
 

@@ -49,21 +49,6 @@ def test_the_law_lacks_friction_as_one_over_the_speed():
     )
 
 
-@pytest.mark.parametrize("scheme", SCHEMES)
-def test_a_block_on_a_slope_creeps_where_coulombs_law_rests(scheme):
-    """Slope of 60 % of the friction angle: v0 tan(0.3 pi) for ever, whatever the scheme.
-
-    The explicit schemes at 0.4 of their limit forget the start as (1 - 0.8)^n or faster, the
-    implicit ones at once, except the midpoint rule, which keeps ringing: it has its mean checked.
-    """
-    v0 = 1e-3
-    step = 0.4 * stable_step(2.0, 3.0, v0, 1.8, scheme) if scheme in EXPLICIT else 0.01
-    motion = run(Blocks(2.0, 3.0, load=1.8), v0, step, 400, scheme=scheme, velocity=0.0)
-    expected = v0 * np.tan(0.3 * np.pi)
-    way = motion.position[-1, 0] - motion.position[200, 0]
-    assert way / (200 * step) == pytest.approx(expected, rel=1e-3)
-
-
 @pytest.mark.parametrize("scheme", EXPLICIT)
 @pytest.mark.parametrize("load", [0.0, 0.6])
 def test_explicit_steps_are_stable_up_to_the_limit_of_theory(scheme, load):

@@ -118,21 +118,6 @@ def test_verlet_is_stable_up_to_two_over_the_frequency():
         assert (np.abs(motion.position - 5).max() < 0.05) == stays
 
 
-@pytest.mark.parametrize("scheme", SCHEMES)
-def test_small_vibrations_have_the_contact_resonance(scheme):
-    """w0 = sqrt(k/m), k = 2 E* a (Hertz under F0 = 1/6: k = 1), to A^2/24 of the amplitude 1e-3.
-
-    Time of the 40th zero of the velocity at 400 steps per period; Verlet's own w errs by 1e-5.
-    """
-    ball = spring_contact(Springs(paraboloid(1.0), 1.0), 0.3)
-    step = 2 * math.pi / 400
-    motion = moved(ball, Mass(1.0, position=0.25025), step, 9000, Push(load=1 / 6), scheme=scheme)
-    v = motion.velocity
-    k = np.flatnonzero(v[1:-1] * v[2:] < 0)[39] + 1
-    zero = motion.time[k] + step * v[k] / (v[k] - v[k + 1])
-    assert zero == pytest.approx(40 * math.pi, rel=5e-5)
-
-
 def test_a_weight_shortens_no_impact_of_a_linear_spring_below_half_a_period():
     """Punch with k = m = 1 under f: T = pi + 2 arctan(f/v), x_m = f + sqrt(f^2 + v^2)."""
     result = strike(Springs(cylinder(0.5), 1.0), 1.0, [0.5, 2.0], load=1.0)

@@ -1,6 +1,5 @@
 """Section 19.7 from map to contact: the pieces fit, and the two variants differ as they must."""
 
-import importlib.util
 from pathlib import Path
 
 import numpy as np
@@ -11,13 +10,6 @@ from reduced.rough.surface_spectrum import measured
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 FORCE = np.array([1e-2, 1e-1, 1.0])
-
-
-def example(name):
-    spec = importlib.util.spec_from_file_location(name, DOCS / "examples" / f"{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 @pytest.fixture(scope="module")
@@ -73,16 +65,16 @@ def test_options_reach_the_lines(both):
     assert CORRECTED.refinement > LITERAL.refinement
 
 
-def test_the_example_runs():
+def test_the_example_runs(script):
     """It prints five loads as printed, then five as corrected."""
-    module = example("procedure_19_7")
+    module = script("procedure_19_7")
     for result in (module.literal, module.corrected):
         _, _, *rows = module.table(result).splitlines()
         assert len(rows) == 5
 
 
-def test_the_table_of_convergence_has_a_row_for_each_shape_and_edge():
-    rows = example("reduced_tables").convergence(draws=40)
+def test_the_table_of_convergence_has_a_row_for_each_shape_and_edge(script):
+    rows = script("reduced_tables").convergence(draws=40)
     assert len(rows) == 15
     orders = {(row[0], row[1]): row[3] for row in rows[1:]}
     assert orders["cylinder", "sub_cell"] == "exact"

@@ -251,12 +251,6 @@ def test_an_error_below_the_bar_of_the_reference_is_no_achievement(study):
     assert not traces(speed.speed(scene)[0], "at or below the bar")
 
 
-def test_a_method_that_is_compared_with_itself_is_marked(study):
-    figure = speed.speed(study.scenes[1])[0]
-    assert traces(figure, "FFT BEM*")
-    assert not traces(figure, "FFT BEM")
-
-
 def test_the_end_of_the_premise_of_rough_lines_is_marked(study):
     """A = 0.9 A0 (F / 10 uN)^0.95: a tenth of the apparent area at 0.99 uN."""
     scene = study.scenes[1]

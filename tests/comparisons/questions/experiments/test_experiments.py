@@ -1,6 +1,5 @@
 """Experiments: the form they share, and what each finds against independent closed forms."""
 
-import importlib.util
 import math
 import os
 from pathlib import Path
@@ -18,8 +17,6 @@ from comparisons.questions.experiments.experiment import Experiment, Finding
 from reference.contact.press import press
 from reference.halfspace import FreeOperator
 from reference.loads import Load
-
-ROOT = Path(__file__).parents[4]
 
 
 def measure(name, value=None, effort="quick", **parameters):
@@ -339,11 +336,8 @@ def test_quick_verdicts_are_those_of_the_full_run_or_open(tmp_path):
     assert told == []
 
 
-def test_the_readings_of_the_script_are_those_that_the_experiment_knows(monkeypatch):
-    path = ROOT / "docs" / "examples" / "experiment_tables.py"
-    spec = importlib.util.spec_from_file_location(path.stem, path)
-    tables = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(tables)
+def test_the_readings_of_the_script_are_those_that_the_experiment_knows(script, monkeypatch):
+    tables = script("experiment_tables")
     monkeypatch.setattr(tables, "LOADS", (0.01,))
     rows = tables.readings(realisations=3, effort="quick")
     assert len(rows) == 1 + len(tables.READINGS)
