@@ -275,7 +275,7 @@ class Levels:
     differences from one resolution to the next, over fewer (`multilevel`): so means at two
     resolutions differ by their grids alone. Another 3-D method than the leading grid
     (GRID) solves some of the same surfaces: its mean is that of the leading grid, and what the two
-    differ by on the surfaces of both.
+    differ by on the surfaces of both, where its answers scatter with that grid's.
     """
 
     method: str
@@ -292,8 +292,10 @@ class Levels:
         anchor = None
         if METHODS[method].dimension == 3 and method != GRID:
             anchor = cls.of(solved, GRID)
-        several = anchor is not None and not all(map(anchor._single, anchor.solutions))
-        return cls(method, solutions, anchor if several else None)
+            if all(map(anchor._single, anchor.solutions)):
+                anchor = None
+        levels = cls(method, solutions, anchor)
+        return levels if levels._follows_anchor() else cls(method, solutions)
 
     @property
     def finest(self) -> int | None:
@@ -474,6 +476,23 @@ class Levels:
             ratio = estimate([values]).mean / estimate([base]).mean
             pairs = estimate([(values - ratio * base) * (mean / estimate([base]).mean)])
         return replace(pairs, levels=(ratio * mean)[None, :])
+
+    def _follows_anchor(self) -> bool:
+        """Whether its answers scatter with the leading grid's, as those of solvers do.
+
+        A theory gives every surface the same answer, a rule of thumb one that scatters by itself:
+        the leading grid's surfaces would add their scatter to such means.
+        """
+        follows = []
+        for resolution, solution in self.solutions.items() if self.anchor else ():
+            assert self.anchor is not None
+            near = self.anchor.solutions[self._nearest(resolution)]
+            for name in solution.quantities.keys() & near.quantities.keys():
+                paired = self._paired(name, resolution).half_width
+                alone = estimate([solution.quantities[name]]).half_width
+                known = np.maximum(paired, alone) > 0  # what is prescribed does not scatter
+                follows.extend(paired[known] < alone[known])
+        return not follows or bool(np.mean(follows) > 0.5)
 
     def _nearest(self, resolution: int) -> int:
         """Return the leading grid's grid that is nearest in cells."""

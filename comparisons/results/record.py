@@ -357,16 +357,18 @@ class SceneRecord:
             return float(next((value for value in values if np.isfinite(value)), missing))
 
         surfaces, solves = int(first("surfaces", 1.0)), ""
+        total, setup = first("seconds_all"), first("setup_seconds_all")
         if surfaces > 1:  # in words what a mean stands on (`comparisons.judging.levels.Levels`)
             dimension = dimension_of(method)
             levels = [n for n in self.resolutions_run(method) if n <= resolution]
             beside = ""
             if dimension == 3 and method != GRID and self.resolutions_run(GRID):
-                levels, beside = [resolution], f" beside those of {title_of(GRID)}"
+                levels = [resolution]
+                if total > 1.001 * first("seconds") * surfaces:  # with those of the leading grid
+                    beside = f" beside those of {title_of(GRID)}"
             numbers = [count(first("surfaces", 1.0, level)) for level in levels]
             noun = "lines" if dimension == 1 else "surfaces"
             solves = f"{' + '.join(numbers)} {noun}{beside}"
-        total, setup = first("seconds_all"), first("setup_seconds_all")
         return Cost(total, setup, first("seconds"), surfaces, solves)
 
     @property

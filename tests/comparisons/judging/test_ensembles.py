@@ -30,7 +30,7 @@ def first(rough):
         stream = np.random.default_rng(1)
         own = {
             method: 1 + scatter * stream.standard_normal((1000, 1))
-            for method in ("reduced", "bem_fft")
+            for method in compared["methods"]
         }
         solved = {}
         for planned in plan.methods:
@@ -268,3 +268,20 @@ def test_a_verdict_says_where_the_surface_lies(steps, words):
     assert judged.band == words
     expected = "load step 5, equal force"
     assert judged.where == expected + (f"; the lines' mean, the surface {words}" if words else "")
+
+
+@pytest.mark.parametrize("follows", [True, False])
+def test_the_leading_grids_surfaces_serve_a_method_that_scatters_with_them(first, follows):
+    """A solver's answers do: 3 % below on each surface. A theory gives all surfaces one answer."""
+    plan, solved = first(methods=["reduced", "bem_fft", "fem"], noise=0.0)
+    grid = solved["bem_fft", min(n for name, n in solved if name == "bem_fft")]
+    for n in [n for name, n in solved if name == "fem"]:
+        task = task_of(plan, "fem", n, tuple(range(plan.number("fem", n))))
+        surfaces = grid.quantities["stiffness"][: len(task.realisations)]
+        values = 0.97 * surfaces if follows else np.full_like(surfaces, 0.97)
+        solved["fem", n] = Solution.of(task, dict.fromkeys(NAMES, values))
+    levels = Levels.of(solved, "fem")
+    mean = 0.97 * (grid.quantities["stiffness"].mean(axis=0) if follows else 1.0)
+    # to round-off; a few surfaces alone would miss the mean by a tenth
+    assert levels.curves(n)["stiffness"] == pytest.approx(mean, rel=1e-12)
+    assert (levels.anchor is not None) == follows
