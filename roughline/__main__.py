@@ -104,6 +104,10 @@ def main() -> None:
             print("\n  ".join([SHADOWED, *shadows]), file=sys.stderr)
             code = WRONG_INPUT
         else:
+            from comparisons.isolation import ONE_THREAD
+
+            # threads of linear algebra would wait for each other in problems as small as these
+            os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
             from roughline.commands.app import run_command
 
             code = run_command(sys.argv[1:])

@@ -53,7 +53,7 @@ from typing import Any
 import numpy as np
 import psutil
 
-from comparisons.isolation import child
+from comparisons.isolation import ONE_THREAD, child
 from comparisons.isolation.child import (
     ANSWER,
     ANSWERED,
@@ -70,10 +70,6 @@ from comparisons.isolation.child import (
 
 OWN = "own"  # the folder that the work starts in
 MARK = "ROUGHLINE_WORK"  # environment: the folder, by which all descendants are known
-ONE_THREAD = (
-    *("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"),
-    *("VECLIB_MAXIMUM_THREADS", "BLIS_NUM_THREADS", "NUMEXPR_NUM_THREADS"),
-)
 # Seconds between checks of the memory (at first, later), and for a killed process to end.
 _SHORTEST_LOOK, _LOOK, _FAREWELL = 0.002, 0.05, 10.0
 

@@ -10,7 +10,7 @@ import re
 from collections.abc import Mapping
 from contextlib import suppress
 from copy import deepcopy
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -340,9 +340,10 @@ def builtin_folder() -> Path:
     return Path(__file__).parent / "built_in"
 
 
-def builtin_names() -> list[str]:
+@cache
+def builtin_names() -> tuple[str, ...]:
     """Return the names of the built-in scenes, in alphabetical order."""
-    return sorted(path.stem for path in builtin_folder().glob("*.toml"))
+    return tuple(sorted(path.stem for path in builtin_folder().glob("*.toml")))
 
 
 def beginning(kind: str) -> str:

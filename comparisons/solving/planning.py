@@ -54,7 +54,7 @@ from comparisons.tasks.task import Task
 
 Source = str | Path | Mapping[str, Any] | Scene
 
-# Bytes below which the plan does not mention memory.
+# Bytes below which the plan does not mention memory, nor ask how much is free.
 WORTH_SAYING = 5e7
 
 
@@ -66,9 +66,9 @@ def plan_scene(scene: Scene, effort: Effort = "quick") -> list[Plan]:
     """
     # what cannot fit is refused before any memory is taken
     problems = []
-    free = free_memory()
     if isinstance(scene.surface, SelfAffine):
         nx, ny = scene.surface.points
+        free = free_memory()
         need = float(BYTES_PERIODIC if scene.surface.periodic else BYTES_FREE) * nx * ny
         if need > MEMORY_SHARE * free:
             problems.append(
@@ -251,8 +251,8 @@ def _refusal(draft: Plan, name: str, solver: Solver[Any], resolution: int) -> st
         return str(error)
     if refused:
         return refused
-    need, free = solver.memory(task), free_memory()
-    if need > MEMORY_SHARE * free:
+    need = solver.memory(task)
+    if need > WORTH_SAYING and need > MEMORY_SHARE * (free := free_memory()):
         return f"needs about {need / 1e9:.1f} GB, and {free / 1e9:.1f} GB are free"
     return ""
 

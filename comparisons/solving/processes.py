@@ -25,7 +25,7 @@ from typing import Any
 from joblib.externals.loky import get_reusable_executor, process_executor
 from joblib.externals.loky.process_executor import ProcessPoolExecutor
 
-from comparisons.isolation.parent import ONE_THREAD
+from comparisons.isolation import ONE_THREAD
 from comparisons.machine import MEMORY_SHARE, free_memory
 from comparisons.solving.jobs import Done, Executor, Job, timed
 from comparisons.solving.shared import VARIABLE as SHARED

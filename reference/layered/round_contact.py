@@ -75,17 +75,21 @@ class RoundContact:
         # the equation in even Legendre polynomials of x/a
         matrix = np.diag(1.0 / (4 * n[:, 0] + 1))
         if self.body.thicknesses:
-            # Gauss points for what varies with log q or with cos 2q: 44 panels below q = 1, each
-            # half of the next, and of length 4 above
+            # Gauss points for what varies with log q or with cos 2q: twelve on each of 44 panels
+            # below q = 1, each half of the next, and above 40 on each panel of length 40
             reach = _SHORT * a / self.body.thicknesses[0]
             first = min(1.0, reach)
-            small = first * 0.5 ** np.arange(44, -1, -1.0)
-            large = np.linspace(first, reach, max(2, int(np.ceil((reach - first) / 4.0)) + 1))
-            ends = np.concatenate([[0.0], small, large[1:] if reach > first else []])
-            nodes, weights = gauss_rule(12)
-            middle, half = (ends[1:] + ends[:-1]) / 2, np.diff(ends) / 2
-            q = (middle[:, None] + half[:, None] * nodes).ravel()
-            weights = 2 / np.pi * (half[:, None] * weights).ravel() * self._excess(q / a)
+            small = np.append(0.0, first * 0.5 ** np.arange(44, -1, -1.0))
+            large = np.linspace(first, reach, int(np.ceil((reach - first) / 40.0)) + 1)
+            points = []
+            for ends, count in ((small, 12), (large, 40)):
+                nodes, weights = gauss_rule(count)
+                half = np.diff(ends)[:, None] / 2
+                points.append(
+                    [(ends[:-1, None] + half * (1 + nodes)).ravel(), (half * weights).ravel()]
+                )
+            q, weights = np.concatenate(points, axis=1)
+            weights *= 2 / np.pi * self._excess(q / a)
             for part in np.array_split(np.arange(q.size), 1 + q.size * number // _AT_ONCE):
                 # (-1)^n j_2n(q), the transforms of P_2n
                 x = q[part]
