@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy import fft
-from scipy.optimize import minimize
+from scipy.optimize import fmin_l_bfgs_b
 
 from reference.arrays import Array, Mask
 from reference.contact.body import ElasticBody
@@ -120,17 +120,19 @@ class Adhesive:
             return total / (self._unit * reach), slope.ravel() / (self._unit * gap.size)
 
         goal = _UNBALANCED * law.strength / (self._unit * start.size)
-        limits = {"maxcor": _MEMORY, "maxiter": _ITERATIONS, "maxfun": 2 * _ITERATIONS}
         flat = np.maximum(start, 0.0).ravel() / reach
-        least = minimize(
+        # this way in checks the bounds of every cell once, `minimize` three times
+        flat, _, _ = fmin_l_bfgs_b(
             energy,
             flat,
-            jac=True,
-            method="L-BFGS-B",
             bounds=[(0, None)] * flat.size,
-            options={**limits, "ftol": 0.0, "gtol": 0.5 * goal},
+            m=_MEMORY,
+            factr=0.0,
+            pgtol=0.5 * goal,
+            maxiter=_ITERATIONS,
+            maxfun=2 * _ITERATIONS,
         )
-        gap = least.x.reshape(shape) * reach
+        gap = flat.reshape(shape) * reach
         mean_pressure = pressed(float(gap.mean()))
         pressure = self._elastic(gap) + mean_pressure
         free = pressure + law.tension(gap)

@@ -410,6 +410,7 @@ def factors(matrix: sparse.sparray) -> SuperLU:
     return splu(
         matrix.tocsc(),
         permc_spec="MMD_AT_PLUS_A",
+        panel_size=1,
         diag_pivot_thresh=0.01,
         options={"SymmetricMode": True},
     )

@@ -24,6 +24,8 @@ _SPRINGS = 100.0
 _ROUNDS, _SEARCHES, _HALVINGS = 30, 12, 6
 # Forces of an unloading, over the first, whose beginning has the stiffness of the contact.
 _UNLOADED = np.arange(0.9, 0.25, -0.1)
+# What a round leaves of the unbalanced forces where the next one has the same factorisation.
+_WORN = 0.03
 # Unbalanced forces, relative to the force on the indenter.
 TOLERANCE = 1e-8
 # A rising load goes in steps whose logarithms are so many elements over a radius at its end, and
@@ -314,9 +316,11 @@ class Walk:
                     iterations=state.iterations + rounds,
                     residual=history[-1],
                 )
-            # Newton's direction, of the unknowns and of the depth
+            # Newton's direction, of the unknowns and of the depth; a factorisation serves as long
+            # as the rounds gain that much by it
             held = self.springs * surface.weight * (overlap > 0)
-            solve = mesh.factorised(tangent, held)
+            if rounds == 0 or history[-1] > _WORN * history[-2]:
+                solve = mesh.factorised(tangent, held)
             change, deeper = solve(-residual), 0.0
             if forced:
                 column = np.zeros(mesh.size)
