@@ -101,52 +101,6 @@ def test_the_fft_solver_at_rest_is_the_limit_of_slow_sliding():
     assert_allclose(contact.pressure, still.pressure, atol=1e-6 * still.pressure.max())
 
 
-def marched(material, speed, cells, half_width, force):
-    """Paraboloid on a standard solid, step by step of one cell, with an elastic solver.
-
-    v = K p acts over each step as it is at its end, so that w = sum of creep modes becomes
-    beta w(x + dx) + J (1 - beta) v: first order in dx/(v lambda).
-    """
-    x, gap = grid(cells, half_width)
-    step = x[1] - x[0]
-    operator = FreeOperator((cells, cells), (step, step), 1.0)
-    modes = material.creep_modes
-    keep = np.exp(-step / (speed * modes.times[0]))
-    new = modes.compliances[0] * (1 - keep)
-    own = (modes.instantaneous + new) / 4
-    memory = np.zeros(gap.shape)
-    for _ in range(6 * cells):
-        # what comes from ahead of the grid is far from the contact: as at its edge
-        shifted = keep * np.concatenate([memory[1:], memory[-1:]])
-        raised = gap + shifted
-        elastic_gap = raised - raised.min()
-        contact = press(operator, elastic_gap / own, Load("force", force), tolerance=1e-6)
-        memory = shifted + new / 4 * contact.displacement
-    pressure = contact.pressure
-    depth = own * contact.penetration + raised.min()
-    return depth, float((pressure * x[:, None]).sum() / pressure.sum())
-
-
-@pytest.mark.slow
-def test_steady_sliding_is_where_marching_in_time_ends():
-    """An elastic solver and memory, another way: the difference falls with the cell."""
-    differences = []
-    for cells in (24, 48):
-        depth, friction = marched(ZENER, 0.05, cells, 0.25, 1e-3)
-        x, gap = grid(cells, 0.25)
-        operator = Travelling((cells, cells), (x[1] - x[0],) * 2, ZENER, 0.05)
-        contact = slide_on_rubber(operator, gap, Load("force", 1e-3))
-        differences.append(
-            (abs(depth / contact.penetration - 1), abs(friction / contact.friction_coefficient - 1))
-        )
-    # the march errs by the first order of dx/(v lambda), and friction is made of such terms
-    (depth, friction), (finer_depth, finer_friction) = differences
-    assert finer_depth < 0.6 * depth
-    assert finer_depth < 3e-3
-    assert 1.6 < friction / finer_friction < 2.4
-    assert abs(2 * finer_friction - friction) < 0.03
-
-
 @pytest.mark.parametrize("material", [KELVIN, ZENER], ids=["Kelvin-Voigt", "standard"])
 @pytest.mark.parametrize("speed", [0.01, 0.3, 20.0])
 def test_full_contact_with_a_ridge_follows_the_complex_modulus(material, speed):
@@ -188,17 +142,6 @@ def test_paraboloid_is_known_to_half_a_per_cent():
         coarse, fine = getattr(form, name), getattr(finer, name)
         assert abs(coarse.estimate - fine.estimate) < coarse.uncertainty
         assert fine.uncertainty < 0.005 * fine.estimate
-
-
-@pytest.mark.slow
-def test_force_finds_its_window():
-    by_depth = paraboloid(1.0, ZENER, 1.0, Load("penetration", 0.01), cells=48)
-    force = by_depth.force.estimate
-    by_force = paraboloid(1.0, ZENER, 1.0, Load("force", force), cells=48)
-    assert abs(by_force.penetration.estimate / 0.01 - 1) < 5e-3
-    assert_allclose(
-        by_force.friction_coefficient.estimate, by_depth.friction_coefficient.estimate, rtol=1e-2
-    )
 
 
 def test_units_do_not_matter():

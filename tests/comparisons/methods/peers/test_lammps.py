@@ -126,14 +126,6 @@ def test_scales_of_length_and_pressure_change_nothing(scene, scale):
 
 
 @needs_lammps
-def test_a_limit_of_time_costs_its_own_rows(scene, monkeypatch):
-    monkeypatch.setattr(live, "SECONDS", 0.01)
-    solution = solved(dented(scene, DEPTHS), "lammps_mdr")
-    assert not solution.converged.any()
-    assert "LAMMPS: no answer within" in solution.reasons[0, 0]
-
-
-@needs_lammps
 def test_its_own_error_is_told(scene, monkeypatch):
     monkeypatch.setattr(lammps.LammpsHertz, "coefficients", lambda self: "no_such_law 1")
     solution = solved(scene(), "lammps_hertz")
