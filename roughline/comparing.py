@@ -10,7 +10,6 @@ import pandas as pd
 
 from comparisons import formatting as fmt
 from comparisons.errors import InputError
-from comparisons.facts.methods import title_of
 from comparisons.judging.verdicts import Verdict, worst
 from comparisons.questions.study import solved_in_memory
 from comparisons.results.advice import Setting, advise
@@ -165,7 +164,7 @@ class Comparison:
         return figure
 
     def __repr__(self) -> str:
-        lines = [f"{self.record.title}: {title_of(self._leading)} {self.verdict}"]
+        lines = [f"{self.record.title}: {self.record.title_of(self._leading)} {self.verdict}"]
         lines += [*self.record.plan.doubts, *self.disagreements]
         measures = self.table()
         finest = measures[

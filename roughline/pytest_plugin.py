@@ -33,7 +33,7 @@ def roughline_check(request: pytest.FixtureRequest) -> Callable[..., None]:
 
     ``roughline_check(method, baseline, scenes=("paraboloid",), tolerance=1e-9)``
 
-    - method: your own method (docs/adding-a-method.md), or the name of a built-in one;
+    - method: your own method (the documentation has a page on it), or a built-in one's name;
     - baseline: path of the folder, relative to the test's file; ``--roughline-update`` writes
       it;
     - scenes: built-in names or scene files; default: those of ``roughline check``;

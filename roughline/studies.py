@@ -145,7 +145,8 @@ class Study:
     workers : int, optional
         Processes, each on one thread; times are cleanest with 1, the default.
     scheduler : str, optional
-        Address of a dask.distributed scheduler whose workers solve (docs/cluster.md).
+        Address of a dask.distributed scheduler whose workers solve (the documentation's page on
+        clusters).
     resume, overwrite : bool
         Go on with what is there, also after the process was killed; or start anew.
     progress : callable, optional

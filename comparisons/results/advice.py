@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from comparisons.facts.methods import CLOSED_FORM, METHODS, title_of
+from comparisons.facts.methods import CLOSED_FORM, title_of
 from comparisons.facts.quantities import quantity
 from comparisons.files import plain
 from comparisons.formatting import MISSING, count, duration, listed, relative, tolerance
@@ -45,6 +45,7 @@ class Setting:
     # Whether its method is that of the truth: it was compared with its own finest solution.
     judges_itself: bool = False
     title: str = ""  # what the method is called on the scene
+    dimension: int = 3
 
     @property
     def seconds(self) -> float:
@@ -54,8 +55,7 @@ class Setting:
     @property
     def solves_in_3d(self) -> bool:
         """Whether it solves the surface itself, in three dimensions."""
-        row = METHODS.get(self.method)  # results may name one that is not here
-        return row is not None and not row.exact and row.dimension == 3
+        return self.dimension == 3 and self.method != CLOSED_FORM
 
     @property
     def deciding(self) -> Verdict:
@@ -217,6 +217,7 @@ def advise(record: SceneRecord) -> Advice:
             record.setting_verdicts(method, level),
             judges_itself=method == truth,
             title=record.title_of(method),
+            dimension=record.dimension_of(method),
         )
         for method in record.methods
         for level in record.resolutions_judged(method)
@@ -320,7 +321,7 @@ def _single(record: SceneRecord) -> str:
         return ""
     level = int(known[0].resolution)
     spent = record.cost(method, level)
-    noun = "line" if METHODS[method].dimension == 1 else "surface"
+    noun = "line" if record.dimension_of(method) == 1 else "surface"
     errors = [
         f"{quantity(v.quantity).label} {v.single}"
         + (f" (load step {v.single_step + 1})" if v.single_step >= 0 and v.steps != 1 else "")

@@ -185,9 +185,11 @@ class SceneRecord:
 
     @cached_property
     def scene(self) -> Scene | None:
-        """The scene that `text` describes; None where it is none."""
+        """The scene that `text` describes, whoever solved it; None where it is none."""
+        compared = dict(self.tables.get("compare", {}))
+        compared.pop("methods", None)  # some may not be here
         try:
-            return make_scene(dict(self.tables), self.name, Path())
+            return make_scene({**self.tables, "compare": compared}, self.name, Path())
         except SceneError:
             return None
 
@@ -234,6 +236,11 @@ class SceneRecord:
     def title_of(self, method: str) -> str:
         """Return what a method is called here: finite elements have two kinds of meshes."""
         return self.called(method) or title_of(method)
+
+    def dimension_of(self, method: str) -> int:
+        """Return the dimension of a method, also of one that is not here any more."""
+        told = (item.dimension for item in self.plan.methods if item.method == method)
+        return next(filter(None, told), None) or dimension_of(method)
 
     @cached_property
     def unsupported(self) -> dict[str, str]:
@@ -359,7 +366,7 @@ class SceneRecord:
         surfaces, solves = int(first("surfaces", 1.0)), ""
         total, setup = first("seconds_all"), first("setup_seconds_all")
         if surfaces > 1:  # in words what a mean stands on (`comparisons.judging.levels.Levels`)
-            dimension = dimension_of(method)
+            dimension = self.dimension_of(method)
             levels = [n for n in self.resolutions_run(method) if n <= resolution]
             beside = ""
             if dimension == 3 and method != GRID and self.resolutions_run(GRID):
@@ -443,7 +450,7 @@ class SceneRecord:
 
     def by_chance(self, method: str) -> str:
         """Return why a method of lines or statistics holds by chance where it holds; else ""."""
-        return self.reference.chance if dimension_of(method) < 3 else ""
+        return self.reference.chance if self.dimension_of(method) < 3 else ""
 
     @property
     def too_steep(self) -> bool:
@@ -463,6 +470,11 @@ class SceneRecord:
             return "u is an estimate from several resolutions; no calibration covers such scenes."
         but = f"; of {', '.join(rest)} an estimate that no calibration covers" if rest else ""
         return f"u is a 95 % half-width, by calibration{but}."
+
+
+def title_in(scenes: Iterable[SceneRecord], method: str) -> str:
+    """Return what a method is called in scenes, by the first that has it."""
+    return next((s.title_of(method) for s in scenes if method in s.methods), title_of(method))
 
 
 def asked_in_vain(records: Iterable[SceneRecord]) -> list[str]:

@@ -21,6 +21,7 @@ class MethodPlan:
     # Surfaces or lines at each resolution, not increasing; empty: `Plan.realisations`.
     numbers: tuple[int, ...] = ()
     title: str = ""  # what the method is called on this scene; "": as everywhere
+    dimension: int | None = None  # of a method from outside
 
     def finer(self, resolution: int) -> MethodPlan:
         """Return it with one more resolution, on as many surfaces as the finest one so far."""

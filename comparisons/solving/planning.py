@@ -154,7 +154,10 @@ def _plan(scene: Scene, effort: Effort) -> Plan:
     methods, broken = [], []
     for name in concerned(scene):
         try:
-            methods.append(_plan_method(draft, name))
+            planned = _plan_method(draft, name)
+            if (row := METHODS[name]).user_made:  # it may not be there when results are read
+                planned = replace(planned, title=row.title, dimension=row.dimension)
+            methods.append(planned)
         except InputError as error:
             broken.append(str(error))
     if broken:

@@ -24,7 +24,7 @@ from comparisons.files import write_text
 from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN, Verdict, worst
 from comparisons.results.advice import ITSELF, Advice, Setting, advise, truth_known_to
 from comparisons.results.finding import answers, family, largest_error, methods_of, symbol
-from comparisons.results.record import SceneRecord, StudyRecord
+from comparisons.results.record import SceneRecord, StudyRecord, title_in
 from reports.pages import glossary
 from reports.pages.claims import FOLDER, claims_beside
 from reports.pages.page import render
@@ -92,7 +92,7 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
     families: dict[str, list[SimpleNamespace]] = {}  # in the order in which they first appear
     for view in views:
         families.setdefault(view.family, []).append(view)
-    judged = methods_of(record.scenes)
+    called = {method: title_in(record.scenes, method) for method in methods_of(record.scenes)}
     words = Counter(view.decisive.word for view in views if view.decisive)
     return render(
         "report.html.j2",
@@ -101,7 +101,8 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
         record=record,
         views=views,
         families=families,
-        findings={method: finding_table(record.scenes, method) for method in judged},
+        findings={method: finding_table(record.scenes, method) for method in called},
+        called=called,
         model=MODEL,
         overview=everything,
         validity=standing,
@@ -109,8 +110,8 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
         prepared=prepared_table(record.scenes),
         compared=compared_methods(record.scenes),
         lacking=[
-            fmt.capitalised(f"{look(method).label}: {said}." if judged[1:] else f"{said}.")
-            for method in judged
+            fmt.capitalised(f"{title}: {said}." if len(called) > 1 else f"{said}.")
+            for method, title in called.items()
             if (said := not_computed(record.scenes, method))
         ],
         quantities=in_order(name for view in views for name in view.verdicts),
@@ -156,7 +157,7 @@ def _views(record: StudyRecord, with_pictures: bool) -> list[SimpleNamespace]:
 def scene_view(scene: SceneRecord, anchor: str) -> SimpleNamespace:
     """Return what the page shows of a scene, but for its picture."""
     judged = {
-        "" if name == MODEL else look(name).label: {
+        "" if name == MODEL else scene.title_of(name): {
             verdict.quantity: verdict for verdict in scene.verdicts_on(name)
         }
         for name in scene.judged_methods

@@ -12,7 +12,6 @@ import numpy as np
 import pandas as pd
 
 from comparisons import formatting as fmt
-from comparisons.facts.methods import dimension_of
 from comparisons.facts.quantities import FIELDS, NORMAL, quantity
 from comparisons.judging.metrics import sizes_along_path
 from comparisons.results.measured import (
@@ -218,7 +217,7 @@ def _curves(scene: SceneRecord, across: str, up: str) -> list[_Curve]:
             bands.append(Band(along, low, high, label=TRUTH_BAR, sideways=sideways))
         single = scene.realisations(method, resolution)
         # Solvers of the same surfaces scatter alike: of them the truth's band says it all.
-        if len(single) and (truth in ("", method) or dimension_of(method) == 1):
+        if len(single) and (truth in ("", method) or scene.dimension_of(method) == 1):
             # 5 % to 95 % of the realisations, and the standard error of their mean: at the loads
             # of the mean, because the prescribed load is the same for all.
             grouped = pd.Series(single[name]).groupby(single["step"])

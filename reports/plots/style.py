@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from comparisons.facts.methods import CLOSED_FORM, METHODS, MODEL, references
+from comparisons.facts.methods import CLOSED_FORM, METHODS, MODEL, references, title_of
 from comparisons.formatting import count
 
 if TYPE_CHECKING:
@@ -125,7 +125,7 @@ def look(method: str, scene: SceneRecord | None = None, among: Iterable[str] = M
     place = sorted({method, *(scene.methods if scene else among)} - {*LOOKS}).index(method)
     marker = OUTSIDE_MARKERS[place % len(OUTSIDE_MARKERS)]
     dash = OUTSIDE_DASHES[place % len(OUTSIDE_DASHES)]
-    title = METHODS[method].title if method in METHODS else method.replace("_", " ")
+    title = scene.title_of(method) if scene else title_of(method)
     return Look(title, PEER, marker, dash, 8)
 
 

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 
 from comparisons import formatting as fmt
-from comparisons.facts.methods import METHODS
 from comparisons.facts.quantities import DISTRIBUTIONS, quantity
 from comparisons.results.record import SceneRecord
 from reports.plots.axes import log_axis, log_ticks, padded, value_axis
@@ -89,7 +88,7 @@ def distributions(scene: SceneRecord) -> list[Figure]:
             some = amount > LEAST_SHARE * np.max(amount)
             at = middle[some], density[some]
             series.append(Series(look(method, scene), *at, marks=False, hover=""))
-            if METHODS[method].dimension == 3:
+            if scene.dimension_of(method) == 3:
                 solved.append(series[-1])
         if not series:
             continue

@@ -6,12 +6,12 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from comparisons import formatting as fmt
-from comparisons.facts.methods import MODEL, NOT_ASKED, title_of
+from comparisons.facts.methods import MODEL, NOT_ASKED
 from comparisons.facts.quantities import in_order, quantity
 from comparisons.judging.verdicts import NO_RESULT, worst
 from comparisons.results.advice import ITSELF, Advice, advise
 from comparisons.results.finding import finding, symbol
-from comparisons.results.record import WHERE, SceneRecord
+from comparisons.results.record import WHERE, SceneRecord, title_in
 from comparisons.scene.scene import PREPARATION
 from reports.tables import cells
 from reports.tables.card import not_known_here, true_value
@@ -20,7 +20,7 @@ from reports.tables.cells import Cell, Table, table
 TRUE = "true values ± bar"  # of all loads, and the rms of their bars
 
 
-def verdict_table(scenes: Iterable[SceneRecord], method: str, *, reasons: bool = True) -> Table:
+def verdict_table(scenes: Sequence[SceneRecord], method: str, *, reasons: bool = True) -> Table:
     """Return the verdict of a method on every quantity, and the cheapest setting of each scene.
 
     With `reasons`, missing results are explained.
@@ -45,7 +45,7 @@ def verdict_table(scenes: Iterable[SceneRecord], method: str, *, reasons: bool =
             true = true_value(scene, judgement.quantity)
             rows.append((sides[0], label, error, judgement.when, judged, true, sides[1]))
     heads = ("scene", "quantity", "largest error", "at", "verdict", TRUE, "cheapest")
-    found = table(heads, rows, title=fmt.capitalised(title_of(method)))
+    found = table(heads, rows, title=fmt.capitalised(title_in(scenes, method)))
     return found if any(row[3] for row in rows) else found.without("at")
 
 
@@ -89,7 +89,7 @@ def finding_table(scenes: Sequence[SceneRecord], method: str) -> Table:
     told = [f"{item.name}: {said}" for item in scenes if (said := not_known_here(item))]
     if method == MODEL:
         note = "\n".join(filter(None, [note, *told]))
-    return table(heads, rows, title=fmt.capitalised(title_of(method)), note=note)
+    return table(heads, rows, title=fmt.capitalised(title_in(scenes, method)), note=note)
 
 
 def not_computed(scenes: Sequence[SceneRecord], method: str) -> str:
@@ -131,7 +131,7 @@ def summary_lines(scenes: Iterable[SceneRecord]) -> Table:
         for method in scene.judged_methods:
             decisive = worst(scene.verdicts_on(method))
             told_of.add(decisive.quantity)
-            name = scene.name if method == MODEL else f"{scene.name}, {title_of(method)}"
+            name = scene.name if method == MODEL else f"{scene.name}, {scene.title_of(method)}"
             error = cells.of_verdict(decisive)
             error = replace(error, text=error.text + decisive.lacking)
             rows.append(
@@ -143,7 +143,7 @@ def summary_lines(scenes: Iterable[SceneRecord]) -> Table:
     return table(heads, rows, note=note)
 
 
-def printed_verdicts(scenes: Iterable[SceneRecord]) -> Table:
+def printed_verdicts(scenes: Sequence[SceneRecord]) -> Table:
     """Return the verdicts on the reduced model for papers, with a self-contained caption."""
     caption = (
         "Largest relative error of the reduced model over all load steps at equal prescribed load "

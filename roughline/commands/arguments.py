@@ -116,8 +116,8 @@ class MethodFiles:
     Parameters
     ----------
     method_file
-        A Python file with your own method (docs/adding-a-method.md), which then runs, also
-        where others are named; may be repeated.
+        A Python file with your own method (the documentation has a page on it), which then
+        runs, also where others are named; may be repeated.
     method_seconds
         Time limit for one solve of your method, including the start of its process; default: 120.
     method_gigabytes
@@ -170,8 +170,8 @@ class Workers:
         Number of single-threaded processes; 1 gives the cleanest times. Default: 1 for scenes and
         hard cases, the number of cores (at most 2) for claims and calibration.
     scheduler
-        Address of a dask.distributed scheduler (tcp://HOST:PORT) whose workers solve
-        (docs/cluster.md).
+        Address of a dask.distributed scheduler (tcp://HOST:PORT) whose workers solve (the
+        documentation's page on clusters).
     """
 
     workers: MaybeWhole = None

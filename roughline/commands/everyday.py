@@ -102,7 +102,7 @@ def run(  # noqa: PLR0913 (the options on the command line)
         --quick: no refinement, fewer surfaces.
     prove
         Enclose the reference by theorems also where that takes longer than the solves: rough
-        surfaces (docs/error-bars.md).
+        surfaces (the documentation's page on error bars).
     sensitivity
         Solve measured maps also with other trends subtracted, and their quarters alone.
     plan

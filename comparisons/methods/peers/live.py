@@ -213,7 +213,7 @@ class Slippy(LiveCode):
     """slippy's boundary elements, 128 x 128 cells over six contact radii for each load."""
 
     name = "slippy"
-    code = Code("slippy", {"slippy": "0.2.0"}, "see docs/other-codes.md")
+    code = Code("slippy", {"slippy": "0.2.0"}, "see the documentation's page on other codes")
     wants = "slippy is told the depth: prescribe penetrations"
 
     def fail_steps(

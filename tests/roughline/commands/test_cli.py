@@ -622,6 +622,7 @@ def test_help_lists_the_commands_and_each_has_a_page(roughline):
         page = roughline(command, "--help")
         assert page.code == 0
         assert f"Usage: roughline {command}" in page.out
+        assert "docs/" not in page.out  # a path of the repository, which an installation has not
 
 
 @pytest.mark.parametrize(
