@@ -10,7 +10,7 @@ import numpy as np
 from comparisons import formatting as fmt
 from comparisons.results.run_comparison import KINDS, ONE_SIDED, SAME, Change, RunComparison
 from reports.pages.page import render
-from reports.plots.axes import log_axis
+from reports.plots.axes import log_axis, per_cent
 from reports.plots.figure import Figure, Series
 from reports.plots.style import DOTTED, MUTED, Look, drawing_order, look
 from reports.tables.runs import changes
@@ -33,13 +33,7 @@ def comparison_page(record: RunComparison, command: str, *, static: bool = False
     """Return the comparison as one HTML page; a static one is without plots."""
     counts = Counter(kind for change in record.changes for kind in change.kinds)
     solves = list(record.changes)
-    errors = np.maximum([change.errors for change in solves], SMALLEST)
-    times = np.array([change.seconds for change in solves], dtype=float)
-    drawn = (
-        _before_and_after("error", ERRORS, solves, errors, lambda value: fmt.relative(value, 1)),
-        _before_and_after("time", TIMES, solves, times, fmt.duration),
-    )
-    figures = [figure for figure in drawn if figure is not None and not static]
+    figures = [] if static else before_and_after(solves)
     timed = [change for change in solves if change.only_timed]
     one_sided, same = ([c for c in solves if c.kinds == (kind,)] for kind in (ONE_SIDED, SAME))
     unlike = [c for c in solves if c.kinds not in ((SAME,), (ONE_SIDED,)) and not c.only_timed]
@@ -60,12 +54,23 @@ def comparison_page(record: RunComparison, command: str, *, static: bool = False
     )
 
 
+def before_and_after(solves: Sequence[Change]) -> list[Figure]:
+    """Return the plots of errors and of times, those that have a point."""
+    errors = np.maximum([change.errors for change in solves], SMALLEST)
+    times = np.array([change.seconds for change in solves], dtype=float)
+    drawn = (
+        _before_and_after("error", ERRORS, solves, errors, per_cent),
+        _before_and_after("time", TIMES, solves, times, fmt.duration),
+    )
+    return [figure for figure in drawn if figure is not None]
+
+
 def _before_and_after(
     word: str,
     caption: str,
     solves: Sequence[Change],
     pairs: np.ndarray,
-    label: Callable[[object], str],
+    label: Callable[[float], str],
 ) -> Figure | None:
     """Return what solves had before (first of `pairs`) and after, or None if none had both."""
     pairs = pairs.reshape(-1, 2)
@@ -84,7 +89,8 @@ def _before_and_after(
             drawn, (x, y) = look(method, among=methods), pairs[own].T
             texts = (
                 f"{drawn.label}, {solves[k].scene}, N = {solves[k].resolution}: "
-                f"{label(pairs[k, 0])} before, {label(pairs[k, 1])} after; {solves[k].text}"
+                f"{label(pairs[k, 0])} before, {label(pairs[k, 1])} after; "
+                f"{', '.join(solves[k].kinds)}"
                 for k in own
             )
             style = drawn.labelled(f"{drawn.label}, changed") if changed else drawn
@@ -94,7 +100,7 @@ def _before_and_after(
         f"{word}s",
         f"{word.capitalize()} before and after",
         caption,
-        log_axis(f"{word} before", span, label),
+        log_axis(f"{word} before", span, label, most=5),  # room for them on a phone
         log_axis(f"{word} after", span, label),
         tuple(series),
     )

@@ -45,14 +45,14 @@ def value_axis(
 
 def error_axis(low: float, high: float, title: str, of: str = "") -> Axis:
     """Return a logarithmic axis of relative errors, its ticks in per cent."""
-    ticks = log_ticks((low, high), _per_cent)
+    ticks = log_ticks((low, high), per_cent)
     return Axis(title, "|e|" if of else "", of, log=True, limits=(low, high), ticks=ticks)
 
 
-def _per_cent(error: float) -> str:
+def per_cent(error: float) -> str:
     """Write a relative error in per cent, however small: one axis has one unit.
 
-    >>> _per_cent(1e-5), _per_cent(10.0), _per_cent(1e-8)
+    >>> per_cent(1e-5), per_cent(10.0), per_cent(1e-8)
     ('0.001\u202f%', '1\u202f000\u202f%', '10⁻⁶\u202f%')
     """
     if error > 0.99e-4:

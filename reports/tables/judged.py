@@ -23,7 +23,7 @@ TRUE = "true values ± bar"  # of all loads, and the rms of their bars
 def verdict_table(scenes: Sequence[SceneRecord], method: str, *, reasons: bool = True) -> Table:
     """Return the verdict of a method on every quantity, and the cheapest setting of each scene.
 
-    With `reasons`, missing results are explained.
+    With `reasons`, missing results are explained. Missing answers are told in any case.
     """
     rows = []
     for scene in scenes:
@@ -37,8 +37,8 @@ def verdict_table(scenes: Sequence[SceneRecord], method: str, *, reasons: bool =
                 text = NO_RESULT if asked else fmt.MISSING
                 because = f": {judgement.reason}"
             else:
-                text = f"{judgement.word} {fmt.tolerance(judgement.tolerance)}"
-                because = judgement.lacking + (f", {judgement.band}" if judgement.band else "")
+                text = f"{judgement.word} {fmt.tolerance(judgement.tolerance)}{judgement.lacking}"
+                because = f", {judgement.band}" if judgement.band else ""
             judged = cells.verdict(judgement.word, text=text + because if reasons else text)
             sides = (scene.name, best) if first else ("", "")
             error = cells.of_verdict(judgement)
@@ -50,10 +50,12 @@ def verdict_table(scenes: Sequence[SceneRecord], method: str, *, reasons: bool =
 
 
 def prepared_table(scenes: Iterable[SceneRecord]) -> Table:
-    """Return the true values of a map by its preparations; no rows without any."""
-    shared = {"contact_area": "A/A₀", "force": "F/A₀"}
-    swept = [item for item in scenes if PREPARATION in (item.tables.get("sweep") or ())]
-    names = in_order({"contact_area", *(name for item in swept for name in item.quantities)})
+    """Return the true values along a sweep, of a map by its preparations; no rows without any."""
+    swept = [item for item in scenes if item.tables.get("sweep")]
+    by_cut = any(PREPARATION in item.tables["sweep"] for item in swept)
+    shared = {"contact_area": "A/A₀", "force": "F/A₀"} if by_cut else {}
+    asked = {name for item in swept for name in item.quantities}
+    names = in_order(asked | {"contact_area"} if by_cut else asked)
     rows = []
     for scene in swept:
         area = scene.plan.roughness.area if scene.plan.roughness else None
@@ -63,7 +65,8 @@ def prepared_table(scenes: Iterable[SceneRecord]) -> Table:
         rows.append((scene.name, *values))
     heads = ("scene", *(shared.get(name, quantity(name).label) for name in names))
     note = "The A/A₀ of quarters compares with that of the whole, their stiffness does not."
-    return table(heads, rows, title="True values by preparation", note=note)
+    title = f"True values {'by preparation' if by_cut else 'along the sweep'}"
+    return table(heads, rows, title=title, note=note if by_cut else "")
 
 
 def finding_table(scenes: Sequence[SceneRecord], method: str) -> Table:

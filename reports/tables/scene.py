@@ -26,6 +26,8 @@ from reports.tables import cells
 from reports.tables.cells import Cell, Head, Table
 
 MOST_ROWS, MOST_SPOTS = 400, 10
+# Half of an area in fewer spots, or all of it on fewer cells, is no mean over many.
+FEW_SPOTS, FEW_CELLS = 10, 300
 LEFT_OPEN = 0.2  # a stress is not told from this share on of it that is not known
 OF_MEANS = (
     "Of random surfaces the errors are those of means, and a time is that of all solves that the "
@@ -138,7 +140,7 @@ def spots(scene: SceneRecord) -> list[Table]:
     counted = scene.curve(leading.method, leading.resolution)["contact_count"][-1:]
     how = (
         "The field is stored as means over blocks of cells: contacts that share a block count as "
-        f"one ({fmt.count(np.sum(counted))} by cells), areas are of counted cells, peaks of means."
+        f"one ({fmt.count(np.sum(counted))} by cells), areas are of counted cells."
         if leading.share is not None
         else "Areas are of counted cells, less what their staircase adds at a rim."
     )
@@ -146,6 +148,10 @@ def spots(scene: SceneRecord) -> list[Table]:
     for item in leading.at_loads(loads):
         pressure = np.zeros(shape) if item is None else item.pressure.reshape(shape)
         found = patches(pressure > 0, tuple(spacing), periodic)
+        largest = np.sort(found.areas)[::-1]
+        half = 1 + int(np.searchsorted(np.cumsum(largest), np.sum(largest) / 2))
+        cells_each = leading.resolution / max(leading.shape)  # along a side of a block
+        touched = pressure > 0 if leading.share is None else leading.share * cells_each**2
         total, rows = np.sum(pressure, where=pressure > 0), []
         for number in np.argsort(-found.areas, kind="stable")[:MOST_SPOTS] + 1:
             inside = found.labels == number
@@ -155,27 +161,33 @@ def spots(scene: SceneRecord) -> list[Table]:
             p = pressure[inside]
             x, y = first + np.argwhere(inside)[np.argmax(p)] * spacing
             rows.append((area, float(np.sum(p) / total), float(x), float(y), float(np.max(p))))
-        known.append((found.count, sorted(rows, reverse=True)))
-    values = np.array([row for _, rows in known for row in rows]).reshape(-1, 5)
+        known.append((found.count, half, round(float(np.sum(touched))), sorted(rows, reverse=True)))
+    values = np.array([row for *_, rows in known for row in rows]).reshape(-1, 5)
     size = fmt.prefix_for(values[:, 0], "m2")
     length = fmt.prefix_for(np.concatenate(leading.axes), "m")  # as on the map
     stress = fmt.prefix_for(values[:, 4], "Pa")
+    peak = "peak pressure" if leading.share is None else "largest mean pressure of a block"
     heads = (
         *(f"area / {size.unit}", "share of the force"),
-        *(f"x / {length.unit}", f"y / {length.unit}", f"peak pressure / {stress.unit}"),
+        *(f"x / {length.unit}", f"y / {length.unit}", f"{peak} / {stress.unit}"),
     )
     factors = size.factor, 1.0, length.factor, length.factor, stress.factor
     tables = []
-    for label, (count, rows) in zip(labels, known, strict=True):
+    for label, (count, half, points, rows) in zip(labels, known, strict=True):
         body = []
         for row in rows:
             scaled = [value * factor for value, factor in zip(row, factors, strict=True)]
             body.append([cells.number(fmt.number(value), value) for value in scaled])
             body[-1][1] = cells.relative(row[1])
         note = f"{fmt.capitalised(label)}: " if label else ""
+        note += f"{fmt.count(count)} contact{'s' * (count != 1)} on {fmt.count(points)} cells"
+        if count > 1:
+            note += f", half of their area in {fmt.count(half)}, the largest {len(body)} by area"
+        if count and (half < FEW_SPOTS or points < FEW_CELLS):
+            note += "; so few that another cut-out or surface may have another area"
         note += (
-            f"{fmt.count(count)} contacts, the largest {len(body)} by area. {leading.label}. Cells "
-            f"that share a side are one contact; x, y: its highest pressure. {how}"
+            f". {leading.label}. Cells that share a side are one contact; x, y: its highest "
+            f"pressure. {how}"
         )
         tables.append(cells.table(heads, body, note=note))
     return tables

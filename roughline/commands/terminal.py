@@ -113,7 +113,7 @@ def print_study(
         for heading, text in card(record.scenes[0]):
             if heading in SAID:
                 console.print(f"{heading}: {text}")
-    if (prepared := prepared_table(record.scenes)).rows:
+    if len((prepared := prepared_table(record.scenes)).rows) in range(1, SCREEN):
         _print_rows(console, prepared)
     for line in asked_in_vain(record.scenes):
         console.print(line, style="bold")
@@ -190,7 +190,7 @@ def print_claims(record: ClaimsRecord, report: Path, took: str = "") -> None:
         for text in claim.disagreements:
             console.print(f"{claim.id}: {text}", style="bold")
     shown = record.claims
-    if console.is_terminal and len(shown) > SCREEN:
+    if (console.is_terminal or took) and len(shown) > SCREEN:
         counts = Counter(claim.verdict for claim in shown).most_common()
         told = ", ".join(f"{number} {verdict}" for verdict, number in counts)
         console.print(f"{len(shown)} claims: {told}")

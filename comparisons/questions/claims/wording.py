@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from comparisons.facts.quantities import quantity
-from comparisons.formatting import finite, number, plus_minus, tolerance, without_padding
+from comparisons.formatting import finite, number, plus_minus, relative, tolerance, without_padding
 from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN
 from comparisons.questions.claims.record import FAILS, HOLDS, IN_A_RANGE, not_run
 
@@ -35,7 +35,10 @@ def sentence(
     limit, factor = limit_words(claim.tolerance, claim.factor), claim.factor
 
     def at(point: PointRecord) -> str:
-        return f"{error_text(point, factor)} at {value(point.parameter)}"
+        text = error_text(point, factor)
+        if point.error is not None and text.lstrip("+−") == limit:  # rounded onto it
+            text = text.replace(limit, relative(abs(point.error), 3))
+        return f"{text} at {value(point.parameter)}"
 
     first = points[0]
     if missing := not_run(points):
@@ -102,9 +105,10 @@ def conditions(
 ) -> str:
     """Return for what the claim holds beyond the setting at which it is stated, "" if for all.
 
-    For example: "The statement leaves open (at load 0.01): roll-off: within from 1 to 1.5 (not at
-    1.8); half-space: free 2 % (within), periodic -40 % (outside). Of 8 draws over all of it: 3
-    within, 5 outside; the largest error is -87 % (load 0.05, roll-off 3.2, half-space periodic)."
+    For example: "The statement leaves open (at load 0.01): roll-off (1 above): within from 1 to 1.5
+    (not at 1.8); half-space (free above): free 2 % (within), periodic -40 % (outside). Of 8 draws
+    over all of it: 3 within, 5 outside; the largest error is -87 % (load 0.05, roll-off 3.2,
+    half-space periodic)."
     """
     if not nuisances:
         return ""
@@ -113,19 +117,21 @@ def conditions(
         points, words = nuisance.points, {point.word for point in nuisance.points}
         first, last = value(points[0].parameter), value(points[-1].parameter)
         stretches = "; ".join(_stretch(stretch) for stretch in nuisance.ranges)
-        if nuisance.choices:
+        choices, stated = nuisance.choices, nuisance.stated
+        name = f"{nuisance.name} ({choices[int(stated)] if choices else value(stated)} above)"
+        if choices:
             outcomes = []
             for point in points:
                 error = error_text(point, claim.factor)
                 outcome = point.word if point.word == NO_RESULT else f"{error} ({point.word})"
-                outcomes.append(f"{nuisance.choices[int(point.parameter or 0)]} {outcome}")
-            lines.append(f"{nuisance.name}: {', '.join(outcomes)}")
+                outcomes.append(f"{choices[int(point.parameter or 0)]} {outcome}")
+            lines.append(f"{name}: {', '.join(outcomes)}")
         elif len(words) == 1:
-            lines.append(f"{nuisance.name}: {words.pop()} from {first} to {last}")
+            lines.append(f"{name}: {words.pop()} from {first} to {last}")
         elif stretches:
-            lines.append(f"{nuisance.name}: within {stretches}")
+            lines.append(f"{name}: within {stretches}")
         else:
-            lines.append(f"{nuisance.name}: nowhere within from {first} to {last}")
+            lines.append(f"{name}: nowhere within from {first} to {last}")
     at = nuisances[0].at
     where = "" if at is None else f" (at {claim.parameter} {value(at)})"
     text = f"The statement leaves open{where}: {'; '.join(lines)}."

@@ -161,13 +161,14 @@ const judgeCells = (scene) => {
   }));
 };
 
-const judgeHeading = (scene) => { // a badge for each judged method
-  const tolerance = sceneTolerance(scene), badges = document.querySelectorAll(`#${scene.anchor} summary > .verdict`);
+const judgeBadges = (scene, badges) => { // one for each judged method, in a heading with what tells it
+  const tolerance = sceneTolerance(scene);
   Object.values(scene.judged).filter((verdicts) => verdicts.length).forEach((verdicts, place) => {
     const worst = worstOf(verdicts, tolerance);
     if (!badges[place] || !worst) return;
     asBadge(badges[place], wordFor(worst, tolerance));
-    badges[place].nextElementSibling.querySelector(".told").textContent = worst.text;
+    const told = badges[place].nextElementSibling?.querySelector(".told");
+    if (told) told.textContent = worst.text;
   });
 };
 
@@ -177,8 +178,7 @@ const judgeRow = (scene, counts) => {
   counts.set(word, (counts.get(word) ?? 0) + 1);
   const row = document.querySelector(`#summary-table tr[data-scene="${scene.anchor}"]`);
   if (!row) return; // of one scene the page has no summary
-  const badge = row.querySelector(".verdict");
-  if (badge) asBadge(badge, word);
+  judgeBadges(scene, row.querySelectorAll(".verdict"));
   if (question.tolerance !== null) row.querySelector(".asked-for").textContent = labelOf(tolerance);
   row.querySelector("td[data-label='largest error']").textContent = worst ? worst.text : "–";
   const reached = reaching(scene, tolerance), cell = row.querySelector("td[data-label=cheapest]");
@@ -210,7 +210,7 @@ const judgeAll = () => {
   const counts = new Map();
   for (const scene of judging.scenes) {
     judgeCells(scene);
-    judgeHeading(scene);
+    judgeBadges(scene, document.querySelectorAll(`#${scene.anchor} summary > .verdict`));
     judgeRow(scene, counts);
   }
   for (const table of document.querySelectorAll("table.finding")) judgeFinding(table);

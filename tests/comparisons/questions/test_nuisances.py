@@ -74,7 +74,7 @@ def test_a_claim_within_up_to_an_edge_holds_in_a_range_and_says_where_it_ends(mo
     (stretch,) = line.ranges
     assert stretch.high <= EDGE <= stretch.above
     assert stretch.above - stretch.high < (8 - 1) / 2**3 + 1e-9
-    assert f"length y: within from 0.5 to {stretch.high:.4g}" in record.sentence
+    assert f"length y (1 above): within from 0.5 to {stretch.high:.4g}" in record.sentence
     assert "8 draws" in record.sentence
 
 
@@ -108,7 +108,8 @@ def test_a_reading_that_works_saves_a_claim_from_failing(monkeypatch):
     claim = law(monkeypatch, lambda x, y, kind: 0.3 * (kind == "free"), nuisance=[reading])
     record = judge_claim(claim, "full")
     assert record.verdict == IN_A_RANGE
-    assert "reading: as a whole +30\u202f% (outside), in parts " in record.sentence
+    said = "reading (as a whole above): as a whole +30\u202f% (outside), in parts "
+    assert said in record.sentence
 
 
 def test_draws_fill_the_range_and_are_the_same_every_day(monkeypatch):

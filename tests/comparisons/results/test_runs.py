@@ -21,6 +21,7 @@ from comparisons.results.run_comparison import (
     compare_runs,
 )
 from comparisons.solving.plan_record import PlanRecord
+from reports.pages.runs import before_and_after
 
 DEPTHS = np.array([1e-6, 2e-6, 4e-6])
 
@@ -125,6 +126,17 @@ def test_times_are_told_on_one_machine_only(tmp_path):
     record = compare_runs(study(tmp_path), elsewhere)
     assert not record.failed
     assert any("machines differ" in note for note in record.notes)
+
+
+def test_plots_of_two_runs_tell_a_time_once_and_have_few_ticks_of_one_unit(tmp_path):
+    slow = study(tmp_path, seconds=0.2)
+    tiny = replace(slow.scenes[0], verdicts=(replace(slow.scenes[0].verdicts[0], error=2e-12),))
+    plots = before_and_after(compare_runs(study(tmp_path), replace(slow, scenes=(tiny,))).changes)
+    errors, times = plots
+    (hover,) = [text for series in times.series for text in series.hover or () if "educed" in text]
+    assert hover.endswith("100\u202fms before, 200\u202fms after; took longer")
+    assert all(label.endswith("%") for _, label in errors.y.ticks)
+    assert 2 <= len(errors.x.ticks) <= 5
 
 
 def test_times_too_short_to_read_are_not_judged(tmp_path):

@@ -82,6 +82,16 @@ def test_a_method_of_the_users_own_is_never_called_a_reference(study, monkeypatc
     assert "dense BEM" not in named
 
 
+def test_the_summary_of_several_scenes_has_a_badge_for_each_judged_method(study, monkeypatch):
+    monkeypatch.setattr(SceneRecord, "judged_methods", ["reduced", "bem_dense"])
+    whole = html.page(study, with_pictures=False)
+    row = whole.split('id="summary-table"')[1].split("<tr")[2]
+    assert row.count('class="verdict ') == 2
+    assert row.index(">reduced model<") < row.index(">dense BEM<")
+    assert 'class="note doubt"></p>' not in whole
+    assert 'aria-label="Where to use the dense BEM"' in whole
+
+
 def claim(word: str) -> ClaimRecord:
     point = {"uncertainty": 0.001, "word": "within", "details": {}, "seconds": 0.1}
     points = [PointRecord(parameter=x, error=0.001 * x, **point) for x in (1.0, 2.0)]

@@ -18,7 +18,7 @@ from comparisons.solving.plan_record import Roughness
 from reports.pages.page import environment
 from reports.plots.stored import slider_steps
 from reports.tables import cells
-from reports.tables.card import _bodies, card
+from reports.tables.card import _bodies, card, true_value
 from reports.tables.cells import table, tone
 from reports.tables.judged import TRUE, finding_table, not_computed, prepared_table, verdict_table
 from reports.tables.scene import spots
@@ -339,7 +339,9 @@ def test_spots_have_the_place_the_force_and_the_area_of_two_hertz_contacts(study
     assert large == pytest.approx([0.04 * np.pi, 8 / 9, 300, 400, 2.0], rel=0.03)
     assert small[:2] == pytest.approx([0.01 * np.pi, 1 / 9], rel=0.1)
     assert [(at + 500) % 1000 for at in small[2:4]] == pytest.approx([500, 500], abs=10)
-    assert "2 contacts" in found.note
+    assert "2 contacts on" in found.note
+    assert ", half of their area in 1, " in found.note
+    assert "so few that another cut-out or surface may have another area." in found.note
 
 
 def test_on_a_free_patch_spots_end_at_the_rim(study, tmp_path):
@@ -355,6 +357,7 @@ def test_spots_of_means_over_blocks_say_so_and_count_the_cells_in_the_blocks(stu
     found = spots_of(study.scenes[1], tmp_path, periodic=True, shares=True)
     assert "means over blocks" in found.note
     assert "count as one (7 by cells)" in found.note
+    assert found.heads[-1].text == "largest mean pressure of a block / GPa"
     assert "means over blocks" not in whole.note
     assert found.rows[0][0].key == pytest.approx(0.02 * np.pi, rel=0.05)
 
@@ -378,6 +381,10 @@ def test_true_values_of_a_map_stand_beside_each_other_by_its_preparations(study)
     largest = np.max(rough.curve("bem_fft")["contact_area"])
     share = row[2].text.split(" to ")[1].split(" ±")[0]
     assert float(share) == pytest.approx(largest / 2e-12, rel=5e-3)
+    by_points = replace(map_, text=f'{rough.text}[sweep]\n"surface.points" = 64\n')
+    values = prepared_table([by_points])
+    assert values.title == "True values along the sweep"
+    assert values.rows[0][2].text == true_value(rough, "contact_area")
     # only a run without other preparations is told how to get them
     text = 'name = "map"\n[half_space]\neffective_modulus = 1e9\n[surface]\nkind = "map"\n'
     text += 'file = "a.di"\n[loading]\npressure = 1e6\n'

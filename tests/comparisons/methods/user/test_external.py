@@ -567,6 +567,8 @@ def test_where_a_method_has_no_answer_is_told_with_each_of_its_verdicts(tmp_path
     assert force.text.endswith(reason)
     assert force.because.endswith(f"but {reason}")
     assert verdict_table([scene], "shy").rows[0][3].text == f"not resolved 1\u202f%, {reason}"
+    printed = verdict_table([scene], "shy", reasons=False)  # in papers, too
+    assert printed.rows[0][3].text == f"not resolved 1\u202f%, {reason}"
     assert summary_lines([scene]).rows[1][3].text == f"round-off, {reason}"
     study = StudyRecord("2026-01-31T12:00:00", "", "quick", 1.0, {}, {}, (scene,))
     whole = page(study, with_pictures=False)
