@@ -1,7 +1,7 @@
 """Estimates of contacts in scenes with physics and on layered or graded bodies, and these bodies.
 
 The estimates are not results. Those with physics use independent springs with the lowest modulus of
-the material, and take a millisecond.
+the material (in an impact with that of its duration), and take a millisecond.
 """
 
 from __future__ import annotations
@@ -33,6 +33,7 @@ IMPACTS = 12
 _SINGLE = 6
 # Of the contact radius.
 _TOLERANCE = 1e-3
+_HALVINGS = 10
 # Contacts on layers take a second; plans that differ in what is compared have the same ones.
 _known: dict[tuple[str, str, bytes], tuple[np.ndarray, np.ndarray]] = {}
 _MOST = 256
@@ -43,9 +44,7 @@ def largest_contact(
 ) -> tuple[float, float]:
     """Return the penetration and contact radius of the largest contact in a scene."""
     if scene.dynamics is not None and loads.control != "force":
-        speed = max(scene.dynamics.velocity.values)
-        energy = 0.5 * scene.dynamics.mass * speed**2
-        depth = impact_depth(profile, scene.effective_modulus, energy)
+        depth = _struck(scene, profile, max(scene.dynamics.velocity.values))
         return depth, float(profile.contact_radius(depth))
     if scene.adhesion is not None:
         # JKR: d = g(a) - l(a), l = pull sqrt(a) (Hess); F = 2 E* (a d - int_0^a g dx)
@@ -106,13 +105,27 @@ def impact_contacts(
 
     Some velocities are estimated; between them, power laws interpolate.
     """
-    assert scene.dynamics is not None
     few = velocities[np.unique(np.linspace(0, velocities.size - 1, IMPACTS).round().astype(int))]
-    energies = 0.5 * scene.dynamics.mass * few**2
-    depths = np.array([impact_depth(profile, scene.effective_modulus, e) for e in energies])
+    depths = np.array([_struck(scene, profile, speed) for speed in few])
     between = np.interp(np.log(velocities), np.log(few), np.log(depths))
     depth = np.exp(between)
     return depth, np.asarray(profile.contact_radius(depth))
+
+
+def _struck(scene: Scene, profile: equivalents.Profile, speed: float) -> float:
+    """Return the penetration of an impact; rubber has the modulus of a strain that grows as fast.
+
+    That modulus falls slower than 1/d as the depth d grows, and the depth rises with at most
+    the root of the softness: each round halves the error.
+    """
+    assert scene.dynamics is not None
+    energy = 0.5 * scene.dynamics.mass * speed**2
+    depth = impact_depth(profile, scene.effective_modulus, energy)
+    if scene.viscoelastic is not None:
+        for _ in range(_HALVINGS):
+            modulus = 2 * scene.viscoelastic.ramp_modulus(depth / speed) / (1 - scene.poisson_ratio)
+            depth = impact_depth(profile, modulus, energy)
+    return depth
 
 
 def _cut(body: equivalents.Section, radius: float) -> tuple[float, float]:

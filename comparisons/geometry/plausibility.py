@@ -12,6 +12,7 @@ import numpy as np
 import scipy
 
 from comparisons.formatting import count, number, relative, with_unit
+from comparisons.geometry.estimates import largest_contact
 from comparisons.geometry.prepare import (
     Geometry,
     IndenterGeometry,
@@ -19,6 +20,7 @@ from comparisons.geometry.prepare import (
     equivalent_profile,
 )
 from comparisons.reasons import CHECK, STEEP, STRAINED
+from comparisons.scene.loading import AbsoluteLoads
 from comparisons.scene.scene import Scene
 
 # E* below the softest gels in indentation tests, and above diamond on diamond.
@@ -44,7 +46,7 @@ LONE, LONE_SHARE = 2.0, 0.01
 SPIKE = 8.0
 
 
-def scene_notes(scene: Scene, geometry: Geometry) -> list[str]:
+def scene_notes(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> list[str]:
     """Return notes on doubtful units and large slopes in a scene."""
     doubts, slopes = [], []
     modulus = scene.effective_modulus
@@ -72,6 +74,9 @@ def scene_notes(scene: Scene, geometry: Geometry) -> list[str]:
             )
     if isinstance(geometry, IndenterGeometry) and geometry.contact_radius > 0:  # NaN: no contact
         depth, radius = geometry.penetration, geometry.contact_radius
+        if scene.wear is not None:  # what is worn off strains nothing, and loads spread
+            unworn = scene.model_copy(update={"wear": None})
+            depth, radius = largest_contact(unworn, equivalent_profile(geometry.indenter), loads)
         steepness, ratio, checked = depth / radius, "d/a", STEEP
         means = f"penetration {with_unit(depth, 'm')} over contact radius"
         if scene.adhesion is not None:

@@ -246,7 +246,7 @@ def notes_of(draft: Plan, methods: tuple[MethodPlan, ...]) -> Iterable[str]:
             shares = pressures / (scene.effective_modulus * rough.rms_slope)
             said += f", F/(E* A0 h') = {_span(shares)}"
         yield said
-    yield from scene_notes(scene, geometry)
+    yield from scene_notes(scene, geometry, draft.loads)
     grids = [max(m.resolutions) for m in methods if m.method == GRID and m.resolutions]
     finest = max(grids, default=0)
     stresses = FROM_PRESSURE - {"pressure_peak"} & set(scene.compare.quantities)

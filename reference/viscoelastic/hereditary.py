@@ -336,7 +336,8 @@ def impact(
             modulus = material.instantaneous_modulus + viscosity * velocity / depth
             return modulus * area(depth) * depth / 2 - mass * velocity**2 / 2
 
-        low = high = velocity
+        # from a depth that the shape has; only a mass that is not stopped there is told so
+        low = high = min(velocity, form.limit)
         while excess(low) > 0:
             low /= 4
         while excess(high) < 0:

@@ -247,6 +247,17 @@ def test_impact_on_springs_is_that_of_lee_radok_and_ting(material, springs):
     assert rebound.force.max() == pytest.approx(exact.force, rel=2e-4)
 
 
+def test_a_fast_impact_of_a_small_ball_is_the_same_in_any_units():
+    """R = 20 mm at 0.5 m/s, whose number is above the sphere's limit, 14 R, in metres."""
+    material = GeneralisedMaxwell(5e5, (7e6,), (1e-3,))
+    metres = impact(closed_form.sphere(0.02, 2e6), 2e6, material, 0.03, 0.5)
+    material = GeneralisedMaxwell(0.5, (7.0,), (1.0,))  # mm, ms, N, and hence g
+    millimetres = impact(closed_form.sphere(20.0, 2.0), 2.0, material, 30.0, 0.5)
+    # the tighter of both integrations keeps 1e-8
+    assert metres.restitution == pytest.approx(millimetres.restitution, rel=1e-7)
+    assert 1e3 * metres.penetration == pytest.approx(millimetres.penetration, rel=1e-7)
+
+
 POSITIVE = st.floats(1e-3, 1e3)
 ARMS = st.lists(st.tuples(POSITIVE, POSITIVE), max_size=6)
 MAYBE = st.one_of(st.just(0.0), POSITIVE)

@@ -133,6 +133,11 @@ class Viscoelastic(PhysicsTable):
             return math.inf
         return self.long_term_modulus + sum(modulus for modulus, _ in self.branches)
 
+    def ramp_modulus(self, duration: float) -> float:
+        """Return the mean shear modulus of a strain that grows steadily for so long."""
+        relaxed = sum(g * tau / duration * -math.expm1(-duration / tau) for g, tau in self.branches)
+        return self.long_term_modulus + self.dashpot_viscosity / duration + relaxed
+
     def softest_modulus(self, duration: float) -> float:
         """Return a bound below 1/J(t) for all t up to a duration, J the creep compliance.
 
