@@ -1,18 +1,11 @@
 """The contact of Fig. 19.4, and impacts of a rigid mass on it from energy, without time steps."""
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from reduced.errors import (
-    ConvergenceError,
-    increasing_faults,
-    nonnegative_faults,
-    positive_faults,
-    refuse,
-)
+from reduced.errors import ConvergenceError, increasing_faults, positive_faults, refuse
 from reduced.profiles.quadrature import gauss_legendre
 from reduced.profiles.section import Profile
 from reduced.springs.indent import fall
@@ -93,13 +86,6 @@ def impact_depth(
     return depth * factor**2
 
 
-class ContactLaw(Protocol):
-    """A contact law with force, energy and stiffness of penetrations, like `SpringContact`."""
-
-    def respond(self, penetration: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return force, energy, stiffness of an array of penetrations."""
-
-
 @dataclass(frozen=True)
 class ElasticImpact:
     """Impacts of one mass at k velocities, shape (k,).
@@ -115,45 +101,37 @@ class ElasticImpact:
     restitution: np.ndarray
 
 
-def strike(springs: Springs, mass: float, velocity: ArrayLike, load: float = 0.0) -> ElasticImpact:
-    """Solve the impact of a rigid mass with a profile on springs: m x'' = f - F(x).
+def strike(springs: Springs, mass: float, velocity: ArrayLike) -> ElasticImpact:
+    """Solve the impact of a rigid mass with a profile on springs: m x'' = -F(x).
 
     Velocities at first touch are positive and strictly increasing, shape (k,); the springs are
-    sized for the largest. The load f >= 0 is constant (the weight).
+    sized for the largest. The largest penetration d solves U(d) = m v^2/2; the time is
+    2 int_0^d dx/w with m w^2/2 = U(d) - U(x), integrated over x = d sin^2(t), without
+    singularities.
 
     >>> from reduced.profiles.equivalents import paraboloid
     >>> hertz = strike(Springs(paraboloid(1.0), 1.0), 1.0, 1e-3)
     >>> round(float(hertz.duration[0] * 1e-3 / hertz.penetration[0]), 4)  # Hertz: 2.9432 d/v
     2.9433
     """
-    speeds = _checked(mass, velocity, load)
-    energy = 0.5 * mass * float(speeds[-1]) ** 2
-    deepest = impact_depth(springs.profile, springs.effective_modulus, energy, load)
-    return rebound(spring_contact(springs, deepest), mass, speeds, deepest, load)
-
-
-def rebound(
-    law: ContactLaw, mass: float, velocity: ArrayLike, deepest: float, load: float = 0.0
-) -> ElasticImpact:
-    """Solve the impact of a mass on any conservative contact law.
-
-    The largest penetration d solves U(d) - f d = m v^2/2, from `deepest`, a guess; the time is
-    2 int_0^d dx/w with m w^2/2 = U(d) - U(x) - f (d - x), integrated over x = d sin^2(t), without
-    singularities.
-    """
-    speeds = _checked(mass, velocity, load)
+    refuse(positive_faults(mass=mass) + increasing_faults(velocity=velocity))
+    speeds = np.array(velocity, dtype=float, ndmin=1)
     energy = 0.5 * mass * speeds**2
-    # the turning points, by Newton's method from the deep side, where U(d) - f d is convex
-    depth = np.full(energy.shape, float(deepest))
+    deepest = impact_depth(
+        springs.profile, springs.effective_modulus, 0.5 * mass * float(speeds[-1]) ** 2
+    )
+    law = spring_contact(springs, deepest)
+    # the turning points, by Newton's method from the deep side, where U(d) is convex
+    depth = np.full(energy.shape, deepest)
     for _ in range(_ITERATIONS):
-        short = law.respond(depth)[1] - load * depth < energy
+        short = law.respond(depth)[1] < energy
         if not short.any():
             break
         depth[short] *= 2
 
     def step(d: np.ndarray) -> np.ndarray:
         force, stored, _ = law.respond(d)
-        return (stored - load * d - energy) / (force - load)
+        return (stored - energy) / force
 
     depth = fall(step, depth, "the largest penetration was not found")
     nodes, weights = gauss_legendre(_NODES)
@@ -165,17 +143,10 @@ def rebound(
     mean = law.respond(x[..., None] + approach[..., None] * c)[0] @ shares
     far = law.respond(depth[:, None])[1] - law.respond(x)[1]
     near = approach < _NEAR * depth[:, None]
-    released = np.where(near, mean * approach, far) - load * approach
-    speed = np.sqrt(2 / mass * released)
+    speed = np.sqrt(2 / mass * np.where(near, mean * approach, far))
     swept = depth[:, None] * np.sin(2 * angle) / speed
     duration = 2 * (np.pi / 2) * (swept @ weights)
     if not np.isfinite(duration).all():
         raise ConvergenceError("the impact has no finite duration", duration.tolist())
     force = law.respond(depth)[0]
     return ElasticImpact(speeds, duration, depth, force, np.ones(speeds.size))
-
-
-def _checked(mass: float, velocity: ArrayLike, load: float) -> np.ndarray:
-    wrong = positive_faults(mass=mass) + increasing_faults(velocity=velocity)
-    refuse(wrong + nonnegative_faults(load=load))
-    return np.array(velocity, dtype=float, ndmin=1)
