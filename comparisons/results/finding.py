@@ -181,9 +181,7 @@ def _standing(record: SceneRecord, method: str) -> _Standing:
     known = [item for item in record.verdicts_on(method) if answers(record, item)]
     held = in_order(item.quantity for item in known if item.word == WITHIN)
     within = list(map(symbol, held))
-    if within and record.by_chance(method):
-        use = NOT_KNOWN
-    elif not within:
+    if not within or record.by_chance(method):
         use = NO if any(item.word == OUTSIDE for item in known) else NOT_KNOWN
     else:
         use = YES if len(within) == len(known) else f"for {', '.join(within)} only"

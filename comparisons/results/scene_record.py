@@ -177,7 +177,7 @@ def _why_zero(record: SceneRecord, name: str, values: np.ndarray) -> str:
 LIGHTEST = 1e-3
 # Contacts below which the area of a single one is a large part of the whole.
 FEWEST = 30
-# Of the apparent area: above it contacts are few because they have merged.
+# Of the apparent area: above it contacts are few because they have merged, and surfaces alike.
 MERGED = 0.1
 UNKNOWN = np.array([np.nan])
 
@@ -200,4 +200,6 @@ def chance(plan: Plan, truth: Truth | None) -> str:
         number_of = count(surfaces * contacts)
         several = "" if number_of == "1" else "s"
         reasons.append(f"{number_of} contact{several}, fewer than {FEWEST}")
+    if area < MERGED * geometry.area and surfaces == 1 and plan.scene.random:
+        reasons.append("one surface of the many that its spectrum allows")
     return " and ".join(reasons)

@@ -72,7 +72,7 @@ const standingOf = (scene, method) => {
   const held = known.filter((one) => wordFor(one, tolerance) === "within").sort((a, b) => scene.order.indexOf(a.quantity) - scene.order.indexOf(b.quantity));
   const within = held.map((one) => one.symbol), quantities = new Set(held.map((one) => one.quantity));
   const wrong = known.some((one) => wordFor(one, tolerance) === "outside");
-  const use = within.length && scene.lucky.includes(method) ? "not known" : !within.length ? (wrong ? "no" : "not known") : within.length === known.length ? "yes" : `for ${within.join(", ")} only`;
+  const use = !within.length || scene.lucky.includes(method) ? (wrong ? "no" : "not known") : within.length === known.length ? "yes" : `for ${within.join(", ")} only`;
   const reached = reaching(scene, tolerance);
   // The fastest that is within in all that it may be used for.
   const inPart = use.endsWith(" only") ? scene.settings.filter((one) => one.method === method

@@ -89,7 +89,8 @@ def solved(load, **changes):
     ("load", "reasons"),
     [
         (2e-5, ["F/(E* A₀ h') = 2.00×10⁻⁵, below 0.001", ", fewer than 30"]),
-        (0.01, [", fewer than 30"]),  # a patch of four waves a side has 16 summits
+        # a patch of four waves a side has 16 summits
+        (0.01, [", fewer than 30", "one surface of the many that its spectrum allows"]),
     ],
 )
 def test_within_by_chance_is_no_recommendation(load, reasons):
