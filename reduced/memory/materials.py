@@ -20,7 +20,6 @@ from scipy.optimize import nnls
 
 from reduced.errors import poisson_faults, positive_faults, refuse
 
-_HALVINGS = 200  # an interval in logarithms reaches rounding after about 60 bisections
 _ROUNDING = 1e-12  # fraction of a datum that least squares cannot resolve
 
 
@@ -130,15 +129,16 @@ class Prony:
                 ends.append(2 * max(2 * ends[-1], 2 * self.glassy / self.viscosity))
             low = np.array(ends[:-1])
             inner, outer = np.zeros(low.size), np.log(np.array(ends[1:]) / low)
-            for _ in range(_HALVINGS):
-                middle = (inner + outer) / 2
+            middle = outer / 2
+            while ((inner < middle) & (middle < outer)).any():
                 rate = low * np.exp(middle)
                 turns = rate[:, None] * self.times
                 with np.errstate(divide="ignore"):
                     arms = (self.moduli * turns / (turns - 1)).sum(axis=-1)
                 above = self.long_term + arms - self.viscosity * rate > 0
                 inner, outer = np.where(above, middle, inner), np.where(above, outer, middle)
-            rates = low * np.exp((inner + outer) / 2)
+                middle = (inner + outer) / 2
+            rates = low * np.exp(middle)
         spread = 1 - rates[:, None] * self.times
         with np.errstate(divide="ignore"):  # zero on its pole: an arm of negligible weight
             slope = (self.moduli * self.times / spread**2).sum(axis=-1) + self.viscosity

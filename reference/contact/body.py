@@ -141,16 +141,14 @@ class ElasticBody:
 
     def convolution(self, dtype: DTypeLike) -> Convolution:
         """Return the convolution from pressure to displacement/`unit` in a given precision."""
-        name = np.dtype(dtype).name
+        kind, exact = np.dtype(dtype), np.dtype(np.float64)
         if "unit" not in self._cache:  # that in double precision alone keeps the kernel
             transfer = self._transfer()[: self._padded[0] // 2 + 1]
             unit = power_of_two(transfer.max())
-            exact = Convolution(self.shape, self._padded, transfer / unit, np.float64)
-            self._cache |= {"unit": unit, ("convolution", "float64"): exact}
-        transfer = self._cache["convolution", "float64"].transfer
-        return self.cached(
-            ("convolution", name), lambda: Convolution(self.shape, self._padded, transfer, name)
-        )
+            kernel = Convolution(self.shape, self._padded, transfer / unit, exact)
+            self._cache |= {"unit": unit, exact: kernel}
+        transfer = self._cache[exact].transfer
+        return self.cached(kind, lambda: Convolution(self.shape, self._padded, transfer, kind))
 
     def apply(self, pressure: ArrayLike) -> Array:
         """Return the displacement of all cell centres under cell pressures of shape `shape`."""
