@@ -13,7 +13,6 @@ import io
 import json
 import os
 import re
-import resource
 import shutil
 import signal
 import sys
@@ -30,6 +29,7 @@ from scipy.io import savemat
 
 from comparisons.questions.claims.families import HERE
 from comparisons.scene.scene import builtin_folder
+from comparisons.solving.execution import _peak
 from roughline.commands.app import run_command
 
 try:  # of the extra topography; without it their suffixes hold text
@@ -323,9 +323,9 @@ def fuzz(cases: int, seed: int = 0, only: tuple[str, int] | None = None) -> list
             wrong = run_case(files, arguments)
             slowest = max(slowest, time.process_time() - start)
             counts[kind] += 1
-            if not wrong and (grown := _peak_memory()) > max(peak, BYTES):
+            if not wrong and (grown := _peak()) > max(peak, BYTES):
                 wrong = f"the process grew to {grown / 1e9:.2f} GB"
-            peak = _peak_memory()
+            peak = _peak()
             if wrong:
                 faults.append(Fault(kind, number, wrong))
                 print(f"{kind} {number}: {wrong}", file=sys.stderr, flush=True)
@@ -334,20 +334,6 @@ def fuzz(cases: int, seed: int = 0, only: tuple[str, int] | None = None) -> list
     print(f"{sum(counts.values())} cases {dict(counts)}, {len(faults)} faults, seed {seed}")
     print(f"slowest {slowest:.2f} s of processor time, peak memory {peak / 1e9:.2f} GB")
     return faults
-
-
-def _peak_memory() -> float:
-    """Return the largest resident memory of this program in bytes.
-
-    Linux hands ``ru_maxrss`` of the parent on through fork and exec: started by a large process
-    (pytest), a small one would look large. ``VmHWM`` starts anew with the program.
-    """
-    status = Path("/proc/self/status")
-    if status.exists():
-        match = re.search(r"^VmHWM:\s*(\d+) kB", status.read_text(), re.MULTILINE)
-        if match:
-            return 1024.0 * int(match[1])
-    return 1024.0 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
 
 def _keep(files: Files, folder: Path) -> None:

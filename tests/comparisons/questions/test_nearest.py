@@ -16,7 +16,6 @@ from comparisons.questions.claims.nearest import (
     QUANTITIES,
     _decided,
     claims_on,
-    full_slip_of_claims,
     in_words,
     measured,
     nearest,
@@ -201,16 +200,6 @@ def test_no_creep_at_all_has_no_place_on_the_creep_curve():
     np.testing.assert_allclose(around.here, 0.1 / 1.066, rtol=1e-3)
     assert not around.beyond
     assert "traction" not in known("rolling-ball", **{"rolling.creep": 0.0})
-
-
-def test_full_slip_of_the_springs_of_a_ball():
-    """2 mu (E*/G*) a/R with a^3 = 3 F R/(4 E*), in the numbers of the scene of the claims."""
-    young, nu, radius, load, friction = 210e9, 0.28, 0.01, 100.0, 0.3
-    modulus, tangential = young / (1 - nu**2), 2 * young / ((1 + nu) * (2 - nu))
-    a = np.cbrt(3 * load * radius / (4 * modulus))
-    expected = 2 * friction * modulus / tangential * a / radius
-    assert full_slip_of_claims() == pytest.approx(expected, rel=1e-9)
-    assert expected == pytest.approx(0.01066, rel=1e-3)
 
 
 def test_at_two_tolerances_one_scene_has_one_answer():
