@@ -157,7 +157,12 @@ class Claim(SceneTable):
             changes |= {k: self.vary.value(number) for k in self.vary.path if k != RESOLUTION}
         stated, true = (
             side.model_copy(
-                update={"scene": side.scene or self.scene, "changes": {**changes, **side.changes}}
+                update={
+                    "scene": side.scene or self.scene,
+                    # Its own keys come last: of a list and one of its members the later one counts.
+                    "changes": {k: v for k, v in changes.items() if k not in side.changes}
+                    | side.changes,
+                }
             )
             for side in (self.stated, self.true)
         )

@@ -277,7 +277,10 @@ def claims_on(scene: Scene) -> dict[str, str]:
     return {
         claim.id: claim.verdict
         for claim in load_claims_record(STORED).claims
-        if claim.method == MODEL and f"on the scene {name}," in f"{claim.what},"
+        # with another indenter it is another scene
+        if claim.method == MODEL
+        and f"on the scene {name}," in f"{claim.what},"
+        and ", indenter" not in claim.what
     }
 
 
