@@ -178,6 +178,13 @@ def test_without_a_solution_there_is_no_plot(record):
     assert "<table" in hard_cases_page(record(outcome(kind="lost", reason="x")))
 
 
+def test_the_head_of_a_method_tells_what_all_its_solves_took(record):
+    several = outcome(seconds=0.5), outcome("cone", seconds=1.5), outcome(method="fem", kind="lost")
+    head = hard_cases_page(record(*several)).split("<thead>")[1].split("</thead>")[0]
+    assert head.count("2.0\u202fs<") == 1
+    assert head.count('class="muted"') == 1  # nothing of what took no time
+
+
 def test_names_and_reasons_cannot_inject_html(record):
     evil = '<script>alert(1)</script>"onload="x'
     page = hard_cases_page(
