@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from scipy.special import stdtrit
 
 from comparisons.errors import InputError
@@ -179,9 +178,9 @@ class SingleResult:
 
     def write_csv(self, path: Path) -> None:
         """Write the load steps as a table."""
-        table = pd.DataFrame(self.columns())
-        table.insert(0, "step", range(len(table)))
-        write_named_text(path, table_text(table))
+        columns = self.columns()
+        steps = range(len(next(iter(columns.values()))))
+        write_named_text(path, table_text({"step": steps} | columns))
 
     def write_vtu(self, path: Path) -> None:
         """Write the fields at the last load.
