@@ -192,19 +192,26 @@ class ReducedFrictionLines(LineSolver):
 
 
 class ClosedFormFriction(FormSolver):
-    """Jaeger's and Ciavarella's superposition, where nothing is left out by it."""
+    """Cattaneo's superposition of pressures, where nothing is left out by it."""
 
     name = "closed_form"
     physics = PHYSICS
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        if scene.poisson_ratio != 0.5:
+        friction, nu = needed(scene.friction, NO_TABLE), scene.poisson_ratio
+        if friction.coupling == "full" and nu != 0.5:
             raise Refused("no exact solution with elastic coupling (nu < 1/2)")
-        if self.indenter.shape != "cylinder":
-            raise Refused("Cattaneo's superposition neglects slip transverse to the load")
-        self.friction = needed(scene.friction, NO_TABLE).coefficient
+        self.friction, self.flat = friction.coefficient, self.indenter.shape == "cylinder"
         self.note = "Mindlin 1949: all of a flat circle sticks until all of it slips"
+        if not self.flat:
+            pulled = scene.loading.tangential == "tangential_force"
+            if nu != 0 or self.form.contact_radius is None or not pulled:
+                raise Refused(
+                    "Cattaneo's superposition neglects slip transverse to the load, but for flat "
+                    "circles, and for round bodies under forces at nu = 0 without coupling"
+                )
+            self.note = "Mindlin & Deresiewicz 1953, Jaeger 1998: at nu = 0 nothing slips across"
 
     def steps(self, task: Task[IndenterGeometry], loads: np.ndarray) -> Iterator[Step]:
         """Follow the path."""
@@ -214,9 +221,17 @@ class ClosedFormFriction(FormSolver):
         slip = PartialSlip(self.form, depth, self.friction, ratio)
         stiffness = ratio * float(self.form.stiffness(depth))
         area = float(self.form.contact_area(depth))
-        at, force = 0.0, 0.0
-        for value in loads:
-            if task.loads.control == "tangential_force":
+        at, force, stuck = 0.0, 0.0, area
+        held = held_steps(task, self.friction, slip.force)
+        if not self.flat:
+            path = slip.along(loads[:held])
+            moved_to, sticking = path.tangential_displacement, np.pi * path.stick_radius**2
+        for step, value in enumerate(loads):
+            if not self.flat:
+                if step == held:
+                    raise NoEquilibriumError(SLIDES)
+                at, force, stuck = float(moved_to[step]), float(value), float(sticking[step])
+            elif task.loads.control == "tangential_force":
                 if abs(value) > slip.limit:
                     raise NoEquilibriumError(SLIDES)
                 at, force = at + (value - force) / stiffness, float(value)
@@ -231,7 +246,7 @@ class ClosedFormFriction(FormSolver):
                 "penetration": depth,
                 "force": slip.force,
                 "contact_area": area,
-                "stick_area": area if abs(force) < slip.limit else 0.0,
+                "stick_area": stuck if abs(force) < slip.limit else 0.0,
             }
             yield Step(values, violation=0.0)
 

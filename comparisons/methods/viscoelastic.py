@@ -8,10 +8,11 @@ fitted to the contact at each speed, because fast rubber is stiff and its contac
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import partial
+from functools import partial, wraps
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 
@@ -22,12 +23,12 @@ from comparisons.methods.normal.closed_form import FormSolver
 from comparisons.methods.normal.grid import Grid, make_grid
 from comparisons.methods.normal.reduced import ProfileSolver, line_picture
 from comparisons.methods.normal.reduced_lines import LineSolver
-from comparisons.methods.solver import Refused, needed
+from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.scene.indenters.indenter import Indenter
 from comparisons.scene.loading import AbsoluteLoads, loads_of
 from comparisons.scene.physics.tables.viscoelastic import Viscoelastic
 from comparisons.scene.scene import Scene
-from comparisons.tasks.solution import Solution, Stopwatch
+from comparisons.tasks.solution import STEPS, Solution, Stopwatch
 from comparisons.tasks.steps import Row, Step
 from comparisons.tasks.task import Task
 from reduced.loads import LoadPath
@@ -51,6 +52,7 @@ from reference.viscoelastic.rubber import (
 )
 from reference.viscoelastic.travelling import Travelling
 
+S = TypeVar("S", bound=Solver)
 PHYSICS = frozenset({"viscoelastic"})
 # Steps in time of a whole history for each spring or cell per contact radius.
 STEPS_OF_SPRINGS = 4
@@ -79,15 +81,44 @@ def material_of(body: Viscoelastic) -> GeneralisedMaxwell:
 
 def _pressed(scene: Scene) -> Viscoelastic:
     """Return the body of a scene whose history the solvers here can walk; refuse others."""
-    body, loads = body_of(scene), loads_of(scene)
-    if loads.control == "force" and (loads.values[1:] <= 0).any():
-        raise Refused("the penetration is undetermined after the force has dropped to zero")
+    body, loads = body_of(scene), _until_let_go(loads_of(scene))
     jumps = loads.control == "penetration" and loads.values[0] > 0
     if body.dashpot_viscosity > 0 and jumps:
         raise Refused(
             "a step in penetration needs an infinite force on the dashpot of a Kelvin-Voigt body"
         )
     return body
+
+
+LET_GO = "without a force the penetration is not determined (prescribe it to let the body go)"
+
+
+def _until_let_go(loads: AbsoluteLoads) -> AbsoluteLoads:
+    """Return a history up to where its force has dropped to zero."""
+    gone = np.flatnonzero(loads.values[1:] <= 0)
+    if loads.control != "force" or not gone.size:
+        return loads
+    held = slice(int(gone[0]) + 1)
+    return replace(loads, values=loads.values[held], times=_times(loads)[held])
+
+
+def _while_held(solve: Callable[[S, Task], Solution]) -> Callable[[S, Task], Solution]:
+    """Decorate `solve`: it answers as long as there is a force."""
+
+    @wraps(solve)
+    def held(solver: S, task: Task) -> Solution:
+        loads = _until_let_go(task.loads)
+        solution, steps = solve(solver, replace(task, loads=loads)), task.shape[1]
+        missing = steps - loads.values.size
+        if not missing:
+            return solution
+        rest = Solution.empty(replace(task, loads=replace(loads, values=np.zeros(missing))))
+        for index in np.ndindex(rest.converged.shape):
+            rest.fail((index[0], index[1]), LET_GO, parted=True)
+        fields = solution.fields
+        return replace(Solution.concat([solution, rest], STEPS), fields=fields)
+
+    return held
 
 
 def _times(loads: AbsoluteLoads) -> np.ndarray:
@@ -125,6 +156,7 @@ class ReducedMemory(ProfileSolver):
         super().__init__(scene)
         self.edges, self.material = scene.methods.reduced.edges, springs_of(_pressed(scene))
 
+    @_while_held
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Walk through the history once."""
         loads, springs = task.loads, task.resolution
@@ -164,13 +196,14 @@ class ClosedFormMemory(FormSolver):
         super().__init__(scene)
         self.material = material_of(_pressed(scene))
         self.form = circular(self.form)
-        loads = loads_of(scene)
+        loads = _until_let_go(loads_of(scene))
         try:
             self._integrated(loads, np.array([loads.values.size - 1]))
         except ValueError as error:  # a history that the integrals do not know
             raise Refused(str(error)) from error
         self.note = f"{SOURCES}; {self.note}"
 
+    @_while_held
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Evaluate the integrals at every time."""
         curve = self._integrated(task.loads, np.arange(task.loads.values.size))
@@ -211,6 +244,11 @@ class GridMemory(BemFft):
         if not isinstance(geometry, IndenterGeometry):
             return super().resolutions(geometry)[:2]
         return self.series(64, 32, 128)
+
+    @_while_held
+    def solve(self, task: Task) -> Solution:
+        """Walk through the history on each grid."""
+        return super().solve(task)
 
     def _steps(
         self, task: Task, operator: ElasticBody, grid: Grid, loads: np.ndarray

@@ -247,6 +247,12 @@ class Scene(_Physics):
         return tuple(name for name in TABLES if getattr(self, name) is not None)
 
     @property
+    def only_pressed(self) -> bool:
+        """Whether its loads are static contacts without further physics, as an impact's end is."""
+        stopped = self.physics == ("dynamics",) and self.loading.time is None
+        return stopped or not self.physics
+
+    @property
     def remembers(self) -> bool:
         """Whether its normal loads are a path, because what they do depends on those before."""
         return any(TABLES[name].remembers for name in self.physics)

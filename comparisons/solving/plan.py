@@ -11,7 +11,7 @@ import numpy as np
 
 from comparisons.facts.methods import ELEMENTS, GRID, METHODS, MODEL, growth
 from comparisons.facts.quantities import quantity
-from comparisons.formatting import number, unpadded, with_unit
+from comparisons.formatting import number, relative, unpadded, with_unit
 from comparisons.geometry.bodies import BodyGeometry
 from comparisons.geometry.plausibility import scene_notes, surface_notes
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
@@ -20,6 +20,7 @@ from comparisons.methods.normal.reduced_lines import whole_spectrum
 from comparisons.methods.registry import solver_for
 from comparisons.methods.solver import Refusal, Solver
 from comparisons.scene.half_space import HalfSpace
+from comparisons.scene.indenters.axisymmetric import Paraboloid, Sphere
 from comparisons.scene.loading import AbsoluteLoads
 from comparisons.scene.scene import Scene
 from comparisons.scene.surface import SelfAffine
@@ -27,6 +28,7 @@ from comparisons.solving.plan_record import MethodPlan, PlanRecord, Roughness
 from comparisons.tasks.shown_loads import MOST_POINTS
 from comparisons.tasks.stresses import FROM_PRESSURE
 from comparisons.tasks.task import Task
+from reference.dynamics.collision import radiation_number, weak_loss
 
 Effort = Literal["quick", "full"]
 QUICK_REALISATIONS = 10
@@ -224,6 +226,8 @@ MEANS_AT_EQUAL_GAP = (
     "carry most of the force: prescribe the force for means at equal force, which is another curve"
 )
 
+LARGE_LOSS = 0.3  # of energy: from here on the first order in the radiation says no number
+
 EDGE_CELLS = 4  # of a grid, across which the pressure on a rounded edge has its peak
 
 
@@ -372,23 +376,50 @@ def left_out(scene: Scene) -> Iterable[tuple[str, str]]:
         yield "memory of the material", "no [viscoelastic] in the scene: nothing relaxes"
     if scene.friction is None and scene.sliding is None:
         yield "tangential displacements at the surface", "no friction in the scene"
-    if scene.friction is not None and scene.poisson_ratio != 0.5:
-        effect = "tangential displacements due to pressure, in the reduced model"
-        yield (
-            effect,
-            "its normal and tangential springs are uncoupled, which is exact only at ν = 1/2",
-        )
+    if scene.friction is not None:
+        if scene.friction.coupling == "none":
+            yield "tangential displacements due to pressure", 'coupling = "none" in [friction]'
+        elif scene.poisson_ratio != 0.5:
+            yield (
+                "tangential displacements due to pressure, in the reduced model",
+                "its normal and tangential springs are uncoupled, which is exact only at ν = 1/2",
+            )
+        if scene.poisson_ratio != 0 and scene.loading.tangential is not None:
+            yield (
+                "slip across the tangential load, in the reduced model",
+                "its springs slip along the load alone: exact at ν = 0, and below a flat circle",
+            )
     if scene.adhesion is None:
         yield "attraction of the surfaces", "no [adhesion] in the scene"
     if scene.dynamics is None and not scene.methods.fem.inertia:
         yield "inertia", "no [dynamics] in the scene: loading is quasi-static"
     elif scene.dynamics is not None:
-        yield (
-            "waves in the half-space",
-            "the impact is slow compared with them: the response is quasi-static",
-        )
+        yield "waves in the half-space", _waves(scene)
     if scene.sliding is not None:
         yield "Coulomb friction at the surface", "the loss is due to the body alone"
+
+
+def _waves(scene: Scene) -> str:
+    """Say that the half-space has no mass, and what waves take from a ball if it is as dense."""
+    ball, table = scene.indenter, scene.dynamics
+    said = "it has no mass: right while the speed is far below that of sound"
+    uniform = scene.half_space.uniform and scene.viscoelastic is None
+    if table is None or table.at_rest or not (isinstance(ball, Sphere | Paraboloid) and uniform):
+        return said
+    modulus, nu, radius = scene.half_space.modulus, scene.half_space.nu, ball.radius
+    speed = max(table.velocity.values)
+    density = table.mass / (4 / 3 * np.pi * radius**3)
+    depth = (15 / 16 * table.mass * speed**2 / (scene.effective_modulus * radius**0.5)) ** 0.4
+    force = 4 / 3 * scene.effective_modulus * radius**0.5 * depth**1.5
+    shear = modulus * (1 - nu) / 2
+    delay = radiation_number(nu) / (2 * np.pi * shear * (shear / density) ** 0.5)
+    lost = weak_loss(delay * force * speed / depth**2)
+    taken = f"about {relative(lost)}" if lost < LARGE_LOSS else "a large part"
+    sound = (modulus * (1 - nu**2) / density) ** 0.5
+    return (
+        f"{said}. As dense as a ball of this mass, it would take {taken} of the energy at "
+        f"{with_unit(speed, 'm/s')}, v/c0 = {number(speed / sound, 2)} (Johnson 1985, 11.4)"
+    )
 
 
 def _modulus(body: HalfSpace) -> str:

@@ -50,7 +50,7 @@ def pressure_quantities(
     if not names or unbounded or not np.isfinite(pressure).all():
         return {}
     peak = float(np.max(pressure, initial=0.0))
-    uniform = scene.body is None and scene.half_space.uniform and not scene.physics
+    uniform = scene.body is None and scene.half_space.uniform and scene.only_pressed
     if uniform and peak == 0:
         return dict.fromkeys(names, Known(0.0))
     at_points = "pressure_shape" not in fields

@@ -113,7 +113,7 @@ def stresses(
     if not body.indenter and np.isfinite(here["pressure_peak"]).any():
         return {"pressure_peak": float(here["pressure_peak"][0])}
     fields: dict[str, np.ndarray] = {}
-    if method == CLOSED_FORM and body.indenter and body.half_space.uniform and not body.physics:
+    if method == CLOSED_FORM and body.indenter and body.half_space.uniform and body.only_pressed:
         form = form_of(body.indenter, body.effective_modulus)
         if form is not None and not form.pressure_is_singular:
             fields = form_pressure(form, float(here["penetration"][0]))

@@ -40,12 +40,27 @@ def test_springs_and_half_space_meet_on_rubber(solved, scene):
     assert other.violation.max() <= 1e-6
 
 
-@pytest.mark.parametrize("kind", ["tangential_force", "tangential_displacement"])
-def test_a_flat_circle_on_rubber_has_a_closed_form(solved, scene, kind):
+@pytest.mark.parametrize(
+    ("kind", "half_space", "coupling"),
+    [
+        ("tangential_force", RUBBER, "full"),
+        ("tangential_displacement", RUBBER, "full"),
+        ("tangential_force", {"youngs_modulus": "3 MPa", "poisson_ratio": 0.3}, "none"),
+    ],
+)
+def test_a_flat_circle_without_coupling_has_a_closed_form(
+    solved, scene, kind, half_space, coupling
+):
     """Linear up to mu F, and the same springs: rounding. Beyond mu F there is no force to hold."""
     unit = "N" if kind == "tangential_force" else "um"
     loading = {"force": "1 N", kind: [f"0.2 {unit}", f"-0.1 {unit}", f"90 {unit}"]}
-    punch = friction(scene, indenter={"shape": "cylinder", "radius": "1 mm"}, loading=loading)
+    punch = friction(
+        scene,
+        indenter={"shape": "cylinder", "radius": "1 mm"},
+        loading=loading,
+        half_space=half_space,
+        friction={"coefficient": 0.3, "coupling": coupling},
+    )
     one, other = (solved(punch, *how) for how in (("reduced", 10), ("closed_form", 1)))
     held = 2 if kind == "tangential_force" else 3
     assert (
@@ -57,6 +72,28 @@ def test_a_flat_circle_on_rubber_has_a_closed_form(solved, scene, kind):
         u, v = (s.quantities[name][0, :held] for s in (one, other))
         assert u == pytest.approx(v, rel=1e-12), name
     assert held == 3 or "full sliding" in one.reasons[0, 2]
+
+
+def test_nothing_slips_across_the_load_at_nu_zero_without_coupling(solved, scene):
+    """Cerruti's cross term is nu x y/r^3: Mindlin & Deresiewicz's cycle is exact, as are springs.
+
+    The half-space on 16 cells a radius has it within 0.1 % of the largest displacement.
+    """
+    ball = friction(
+        scene,
+        half_space={"youngs_modulus": "3 MPa", "poisson_ratio": 0},
+        friction={"coefficient": 0.3, "coupling": "none"},
+        loading={"force": "1 N", "tangential_force": ["0.2 N", "-0.25 N", "0.1 N", "0.31 N"]},
+    )
+    exact = solved(ball, "closed_form", 1)
+    assert exact.converged[0].tolist() == [True] * 3 + [False]
+    assert exact.parted[0, 3]
+    for name, resolution, bound in (("reduced", 20, 1e-12), ("bem_fft", 16, 1e-3)):
+        u, v = (
+            s.quantities["tangential_displacement"][0, :3]
+            for s in (exact, solved(ball, name, resolution))
+        )
+        assert np.abs(u - v).max() < bound * np.abs(u).max(), name
 
 
 @pytest.mark.parametrize(

@@ -58,6 +58,24 @@ def test_creep_under_a_sudden_force(model):
     assert errors["bem_fft", "penetration"] < (0.04 if model["model"] == "kelvin_voigt" else 0.02)
 
 
+def test_a_body_that_is_let_go_answers_while_a_force_holds_it():
+    """At zero force any depth above the surface will do; all before is that of a longer hold."""
+    hold, let_go = (
+        solved_in_memory(
+            planned({"time": [0.0, 1.0, 1.01, 3.0], "force": forces}, ("closed_form", "reduced")),
+            "quick",
+        )[1]
+        for forces in ([0.2] * 4, [0.2, 0.2, 0.0, 0.0])
+    )
+    for key, solution in let_go.items():
+        assert solution.converged[0].tolist() == [True, True, False, False]
+        assert solution.parted[0].tolist() == [False, False, True, True]
+        assert "prescribe it to let the body go" in solution.reasons[0, 2]
+        depth, held = (s.quantities["penetration"][0, :2] for s in (solution, hold[key]))
+        # a shorter history has finer steps, and the coarsest springs err by some 0.4 %
+        assert depth == pytest.approx(held, rel=1e-12 if key[0] == "closed_form" else 5e-3)
+
+
 def test_a_rough_surface_relaxes_on_the_grid():
     """A periodic patch under a constant force creeps: its depth and its area grow."""
     surface = {

@@ -162,6 +162,41 @@ def test_what_is_not_asked_for_is_left_out_and_said(scene, rough):
     assert "three quarters of the finite-element mesh" not in left_out(scene(indenter=polygon))
 
 
+@pytest.mark.parametrize(
+    ("speed", "told"), [(7, "about 4.9"), (70e-3, "about 0.31"), (500, "a large part")]
+)
+def test_waves_that_an_impact_leaves_out_are_told_by_what_they_would_take(scene, speed, told):
+    """A steel ball on steel; `wave_impact`, which keeps all orders, has 4.8 % and 0.31 %."""
+    changes = {"dynamics.mass": "32.7 g", "dynamics.velocity": speed}
+    ball = load_scene("impact-ball", changes)
+    (plan,) = plan_scene(ball)
+    assert told in dict(plan.left_out)["waves in the half-space"]
+
+
+def test_what_friction_leaves_out_depends_on_its_coupling_and_poissons_ratio(scene):
+    def left_out(nu, coupling):
+        sheared = scene(
+            half_space={"youngs_modulus": 1e9, "poisson_ratio": nu},
+            friction={"coefficient": 0.3, "coupling": coupling},
+            loading={"force": 1.0, "tangential_force": [0.1]},
+        )
+        (plan,) = plan_scene(sheared)
+        effects = dict(plan.left_out)
+        return [key for key in effects if "tangential" in key], " ".join(effects.values())
+
+    pressed, across = "tangential displacements due to pressure", "slip across the tangential load"
+    model = ", in the reduced model"
+    for (nu, coupling), expected in {
+        (0.3, "full"): [pressed + model, across + model],
+        (0.5, "full"): [across + model],
+        (0.3, "none"): [pressed, across + model],
+        (0.0, "none"): [pressed],
+    }.items():
+        effects, reasons = left_out(nu, coupling)
+        assert effects == expected
+        assert ("exact only at" in reasons) == (pressed + model in expected)
+
+
 def test_means_at_equal_gap_are_said_to_be_that(rough):
     """The force at the mean gap of an ensemble hangs on its highest peaks: a third off on lines."""
     (plan, *_) = plan_scene(rough(loading={"mean_gap": ["1 nm", "5 nm"]}))

@@ -142,6 +142,18 @@ def test_a_hertzian_contact_tells_its_peak_pressure_and_which_steel_would_yield(
     assert (number, unit) == (pytest.approx(peak / 1e9 / 1.61, rel=5e-3), "GPa")
 
 
+def test_an_impact_tells_the_pressure_and_stress_at_its_deepest_point(of):
+    """Energy: d = (15 m v^2/(16 E* sqrt R))^(2/5); then as pressed so deep."""
+    ball = BALL[: BALL.index("[loading]")] + '[dynamics]\nmass = "32.7 g"\nvelocity = "5 m/s"\n'
+    told = of(ball)
+    modulus = 210e9 / (1 - 0.3**2)
+    depth = (15 / 16 * 0.0327 * 25 / (modulus * np.sqrt(10e-3))) ** 0.4
+    peak = 2 * modulus * np.sqrt(depth / 10e-3) / np.pi
+    assert told["highest pressure"] == fmt.with_unit(peak, "Pa")
+    number, unit = number_and_unit(told["von Mises' stress"].split(",")[0])
+    assert (number, unit) == (pytest.approx(peak / 1e9 / 1.61, rel=5e-3), "GPa")
+
+
 def test_where_all_loads_agree_to_round_off_the_true_values_are_those_of_all(tmp_path):
     scene = tmp_path / "ball.toml"
     scene.write_text(BALL, encoding="utf-8")
