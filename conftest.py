@@ -18,7 +18,7 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 
 # No deadline: the first example of a test may have to compile. The same examples in every run, so
 # that a change is to blame for what it breaks; `pytest --hypothesis-profile=search` looks further.
-settings.register_profile("roughline", deadline=None, derandomize=True)
+settings.register_profile("roughline", deadline=None, derandomize=True, max_examples=40)
 settings.register_profile("search", deadline=None, max_examples=1000)
 settings.load_profile("roughline")
 

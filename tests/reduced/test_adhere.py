@@ -53,7 +53,7 @@ def equilibrium(profile, modulus, work, radii):
 
 @pytest.mark.parametrize(("control", "share"), [("force", -1.5), ("penetration", -5 / 6)])
 @given(offset=OFFSETS, springs=st.integers(2, 60))
-@settings(deadline=None, max_examples=30)
+@settings(deadline=None, max_examples=10)
 def test_paraboloid_pulls_off_as_johnson_kendall_and_roberts_say(control, share, offset, springs):
     """-(3/2) pi w R and -(5/6) pi w R; cubics hold the parabola, so only rounding is left.
 
@@ -139,7 +139,7 @@ def test_pull_off_converges_with_the_fourth_order(shape, control):
 
 @pytest.mark.parametrize("control", ["force", "penetration"])
 @given(offset=OFFSETS, springs=st.integers(10, 80))
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, max_examples=10)
 def test_a_fold_close_to_a_broken_power_is_found(control, offset, springs):
     """Rounded punch: g rises as (x - b)^(3/2), the fold is 0.03 b behind: 1e-5, by graded knots."""
     profile = SHAPES["rounded"]
@@ -225,7 +225,7 @@ def test_the_work_of_the_force_is_stored_or_lost_in_jumps(shape):
     springs=st.integers(3, 50),
     offset=OFFSETS,
 )
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=30)
 def test_jumps_lose_energy_and_states_obey_the_rule(shape, control, loads, springs, offset):
     """Any path: losses are positive, and an edge that is not sharp is stretched by l(a)."""
     profile = SHAPES[shape]

@@ -64,7 +64,7 @@ def test_bonded_layer_is_the_closed_form_at_every_wave(nu):
     np.testing.assert_allclose(Stack([0.7], [material]).compliance(waves), exact, rtol=1e-13)
 
 
-@pytest.mark.parametrize("contrast", [1e-3, 0.1, 10.0, 1e3])
+@pytest.mark.parametrize("contrast", [1e-3, 10.0])
 @pytest.mark.parametrize(("above", "below"), [(0.3, 0.3), (0.5, 0.2), (0.0, 0.5)])
 def test_coating_is_the_product_of_transfer_matrices(contrast, above, below):
     layers = [Material(contrast, above), Material(0.7, 0.4)]
@@ -82,8 +82,8 @@ def test_layers_of_one_material_are_a_half_space(nu):
     np.testing.assert_allclose(stack.compliance(waves), exact, rtol=1e-13)
 
 
-@pytest.mark.parametrize("nu", [-0.3, 0.0, 0.3, 0.5])
-@pytest.mark.parametrize("exponent", [0.1, 0.5, 0.8])
+@pytest.mark.parametrize("nu", [-0.3, 0.3, 0.5])
+@pytest.mark.parametrize("exponent", [0.1, 0.8])
 def test_graded_compliance_is_that_of_the_differential_equation(exponent, nu):
     """From forty over q upwards, where nothing of the surface is felt: exp(-80)."""
     graded = Graded(Material(1.3, nu), exponent, 2.0)

@@ -94,7 +94,7 @@ def test_a_plastic_strain_that_is_not_found_is_told(monkeypatch):
         respond(LAWS[-1], strain, Points.virgin((1,)))
 
 
-@pytest.mark.parametrize("per_radius", [4, 6])
+@pytest.mark.parametrize("per_radius", [4, pytest.param(6, marks=pytest.mark.slow)])
 def test_elastic_limit_is_hertz(per_radius):
     elastic = PlasticMaterial(Material(1.0, NU), np.inf)
     walk = dent(1.0, per_radius, elastic)

@@ -31,8 +31,7 @@ from reference.rolling.roll import Creep, Upstream, pressed, roll, roll_on, stea
 # 0.4 % but C11 of the shortest contact at nu = 1/2 and some C33, 0.8 % off; our coarse grids leave
 # 0.1 %, and 0.7 % in C33 of long contacts.
 PRINTED = 0.005
-ODD_ONES = {(0.5, 0.5): 0.0085, (0.0, 0.5): 0.0045, (0.0, 1.0): 0.015, (0.0, 2.0): 0.015}
-ODD_ONES |= {(0.25, 1.0): 0.0115, (0.25, 2.0): 0.0095}
+ODD_ONES = {(0.5, 0.5): 0.0085, (0.0, 1.0): 0.015, (0.0, 2.0): 0.015, (0.25, 1.0): 0.0115}
 
 
 def ball(cells, nu=0.5, friction=0.3, coupled=False, ahead=1):
@@ -49,8 +48,9 @@ def hertz_force(nu):
     return 4 / 3 * 2 / (1 - nu) * 0.9
 
 
-@pytest.mark.parametrize("nu", [0.0, 0.25, 0.5])
-@pytest.mark.parametrize("ratio", [0.5, 1.0, 2.0])
+@pytest.mark.parametrize(
+    ("nu", "ratio"), [(0.0, 1.0), (0.0, 2.0), (0.25, 0.5), (0.25, 1.0), (0.5, 0.5), (0.5, 2.0)]
+)
 def test_creep_coefficients_are_kalkers(nu, ratio):
     limit = creep_coefficients(nu, ratio, (6, 8, 11)).limit
     known = kalker(ratio, nu)

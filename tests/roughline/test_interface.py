@@ -190,6 +190,7 @@ def test_pressures_are_those_of_the_whole_contact_at_every_load():
     solution.plot("pressure")
 
 
+@pytest.mark.slow
 def test_pressures_are_plotted_from_the_folder_of_a_study(results):
     """In Hertz' contact all methods have 1.5 times the mean pressure in the middle."""
     pytest.importorskip("matplotlib")

@@ -122,7 +122,7 @@ def test_all_loads_equal_the_naive_sums(edges, periodic, values, seed):
 @pytest.mark.parametrize("edges", EDGES)
 @pytest.mark.parametrize("periodic", [True, False])
 @pytest.mark.parametrize("control", ["force", "mean_gap"])
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(values=LINES, seed=st.integers(0, 1000))
 def test_force_and_gap_control_invert_the_discrete_law(control, edges, periodic, values, seed):
     """Loads come back from the naive sums at the penetrations found."""

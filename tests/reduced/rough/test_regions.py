@@ -15,7 +15,7 @@ LINES = st.lists(st.integers(-40, 40), min_size=2, max_size=60).filter(lambda v:
 
 @pytest.mark.parametrize("edges", EDGES)
 @pytest.mark.parametrize("periodic", [True, False])
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(values=LINES, level=st.integers(0, 90))
 def test_regions_add_up_to_what_press_counts(edges, periodic, values, level):
     """Number, sum and sum of squares, from two implementations that share no code.

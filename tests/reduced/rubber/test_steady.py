@@ -142,7 +142,7 @@ def test_steady_state_is_that_of_a_spring_in_small_steps(name):
     assert 1.6 < differences[0] / differences[1] < 2.5
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(
     speed=st.floats(-6, 3).map(lambda x: 10.0**x),
     load=st.floats(-4, -1).map(lambda x: 10.0**x),

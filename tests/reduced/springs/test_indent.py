@@ -160,7 +160,7 @@ PROFILES += [rounded_punch(0.3, 3.0), cylinder(0.5), TABLE]
 
 @pytest.mark.parametrize("edges", ["sub_cell", "nodal"])
 @pytest.mark.parametrize("profile", PROFILES, ids=lambda p: p.name)
-@settings(max_examples=15)
+@settings(max_examples=5)
 @given(offset=st.floats(0, 0.99), springs=st.integers(1, 20))
 def test_pressing_again_to_the_penetrations_found_gives_the_forces(profile, edges, offset, springs):
     """Same line, both controls.

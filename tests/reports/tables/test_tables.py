@@ -174,6 +174,7 @@ def test_the_area_of_a_flat_face_is_given_and_has_no_bar(of):
     assert "±" in told["force"]
 
 
+@pytest.mark.slow
 def test_stresses_below_a_sharp_edge_are_known_badly_and_say_so(of):
     """An edge of 5 um leaves no stress to cells of a hundredth of the face; d is exact."""
     punch = BALL.replace('"paraboloid"', '"rounded_punch"').replace(
