@@ -94,7 +94,7 @@ class Claim(SceneTable):
     tolerance: Positive
     factor: Annotated[float, Field(gt=1, le=1000)] | None = None
     tolerance_from: Literal["chapter", "ours"] = "ours"
-    refuted_by: Prose
+    refuted_by: Prose = ""  # by default an error beyond the tolerance
     theorem: Annotated[str, Field(max_length=500)] = ""
     expected: Literal[VERDICTS] | None = None  # type: ignore[valid-type]
     directory: str = Field(default=".", exclude=True)
@@ -102,14 +102,9 @@ class Claim(SceneTable):
     @model_validator(mode="before")
     @classmethod
     def _what_follows(cls, data: Any) -> Any:
-        """Put f - 1, for a factor f between stated and true, as the tolerance; say what refutes."""
-        if not isinstance(data, dict):
-            return data
-        if isinstance(data.get("factor"), (int, float)):
+        """Put f - 1, for a factor f between stated and true, as the tolerance."""
+        if isinstance(data, dict) and isinstance(data.get("factor"), (int, float)):
             data = {"tolerance": data["factor"] - 1, **data}
-        if isinstance(data.get("tolerance"), (int, float)):
-            limit = limit_words(data["tolerance"], data.get("factor"))
-            data = {"refuted_by": f"An error beyond {limit}.", **data}
         return data
 
     @model_validator(mode="after")
@@ -130,6 +125,10 @@ class Claim(SceneTable):
         for side in (self.stated, self.true):
             if side.number is not None:
                 side.in_si(self.quantity)
+        if not self.refuted_by:
+            limit = limit_words(self.tolerance, self.factor)
+            where = f" at some {self.parameter}" if self.vary else ""
+            object.__setattr__(self, "refuted_by", f"An error beyond {limit}{where}.")  # frozen
         return self
 
     @field_validator("id")
