@@ -264,16 +264,15 @@ class GridAdhesion(HalfSpaceGrid):
             states.append((contact.penetration, contact.force, area))
             residuals.append(contact.residual)
         # the largest pull at the loads, and on the stretches of the path between two falling ones
-        pull, fold = max(0.0, *(-force for _, force, _ in states)), path.pull_off()
-        at = int(np.argmin(path.force)) + 0.0
+        pull = max(0.0, *(-force for _, force, _ in states))
+        at, strongest = int(np.argmin(path.force)), float(path.force.min())
         spots = [path.force.size - 1.0, *(i + part for i, part in places)]
         for start, end in pairwise(spots):
             # a rising force jumps over its own minimum; a rising penetration may not
             passed = (start < at < end) or (start > at > end and control == "penetration")
-            if fold is not None and passed:
-                pull = max(pull, -fold[1])
+            if passed:
+                pull = max(pull, -strongest)
         unknowns = int(np.isfinite(gap).sum())
-        strongest = float(path.force.min()) if fold is None else fold[1]
         violation = float(np.max(residuals))
         curves = _curves(states, pull)
         return _held(task, curves, strongest, unknowns=unknowns, violation=violation)

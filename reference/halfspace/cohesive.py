@@ -16,16 +16,19 @@ sign of the stiffness, so unstable equilibria are computed like stable ones.
 
 Their path, which determines their stability, is followed by arc length in penetration and force,
 beyond folds of either; jumps and hysteresis under a prescribed load are derived from it afterwards.
-Folds are refined by parabolas through three points, whose error is of the third order in the step.
+Folds are equilibria of the path, found by Brent's method between their neighbours: the minimum of
+a long-range attraction is nearly a kink, which no parabola through points of the path meets.
 """
 
 from __future__ import annotations
 
+from bisect import bisect, insort
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.optimize import minimize_scalar
 from scipy.sparse.linalg import LinearOperator, minres
 
 from reference.arrays import Array, Mask
@@ -310,6 +313,7 @@ _PARTED = 1e-3  # force without contact, over the lowest one, at which a path en
 # because a step over a fold would reach another branch; so would a corner that leads far, by a step
 # of a straight path or more.
 _TURN, _CORNER = 0.7, 0.05
+_FOLD = 1e-6  # error of a fold's load, relative to the largest beside it
 
 
 @dataclass(frozen=True)
@@ -357,30 +361,27 @@ class CohesivePath:
         It is the lowest fold on unloading; under penetration control, long-range attraction has
         none.
         """
-        load = self._load(control)
-        folds = np.flatnonzero((load[1:-1] <= load[:-2]) & (load[1:-1] < load[2:])) + 1
-        return self._around(load, int(folds[np.argmin(load[folds])])) if folds.size else None
+        return self._fold(control, 1)
 
     def snap_in(self) -> tuple[float, float] | None:
         """Return penetration and force of the jump into contact on approach; None without a jump.
 
         It is the last maximum of the penetration on the path, the first on approach.
         """
-        load = self.penetration
-        folds = np.flatnonzero((load[1:-1] >= load[:-2]) & (load[1:-1] > load[2:])) + 1
-        return self._around(load, int(folds[-1])) if folds.size else None
+        return self._fold("penetration", -1)
 
-    def _around(self, load: Array, at: int) -> tuple[float, float]:
-        """Return penetration and force at the extremum of a parabola of the load about a point."""
-        three = slice(at - 1, at + 2)
-        d, force = self.penetration[three], self.force[three]
-        span_d, span_f = np.ptp(self.penetration), np.ptp(self.force)
-        steps = np.hypot(np.diff(d) / span_d, np.diff(force) / span_f)
-        s = np.array([-steps[0], 0.0, steps[1]])
-        curve = np.polyfit(s, load[three], 2)
-        extreme = -curve[1] / (2 * curve[0])
-        place = [float(np.polyval(np.polyfit(s, part, 2), extreme)) for part in (d, force)]
-        return place[0], place[1]
+    def _fold(self, control: str, sign: int) -> tuple[float, float] | None:
+        at = _fold(self._load(control), sign)
+        return None if at is None else (float(self.penetration[at]), float(self.force[at]))
+
+
+def _fold(load: Array, sign: int) -> int | None:
+    """Return the lowest minimum of a load along a path (sign 1), or its last maximum (-1)."""
+    load = sign * load
+    folds = np.flatnonzero((load[1:-1] <= load[:-2]) & (load[1:-1] < load[2:])) + 1
+    if not folds.size:
+        return None
+    return int(folds[-1] if sign < 0 else folds[np.argmin(load[folds])])
 
 
 def trace(
@@ -424,6 +425,11 @@ def trace(
         contact, length = _next(problem, points, units, length, tolerance)
         points.append(contact)
         length = min(1.0, 1.5 * length) if contact.iterations <= _EASY else length
+    for load, sign in (("force", 1), ("penetration", 1), ("penetration", -1)):
+        at = _fold(np.array([getattr(point, load) for point in points]), sign)
+        if at is not None:
+            near = slice(at - 1, at + 2)
+            points[near] = _refined(problem, points[near], load, sign, units, tolerance)
     return CohesivePath(
         np.array([point.penetration for point in points]),
         np.array([point.force for point in points]),
@@ -474,3 +480,39 @@ def _next(
         "the path of an adhesive contact was lost: the grid is too coarse for the range of the law",
         history,
     )
+
+
+def _refined(
+    problem: CohesiveProblem,
+    points: list[CohesiveContact],
+    load: str,
+    sign: int,
+    units: tuple[float, float],
+    tolerance: float,
+) -> list[CohesiveContact]:
+    """Return three equilibria about a fold, and between them those on the way to its load."""
+    (first, _, last), points = points, list(points)
+    chord = np.array([last.penetration - first.penetration, last.force - first.force])
+    normal = chord / np.square(units)
+
+    def place(point: CohesiveContact) -> float:
+        return float(normal @ (point.penetration, point.force))
+
+    def solve(at: float) -> float:
+        # on the plane normal to the chord, from between the nearest equilibria
+        after = int(np.clip(bisect(points, at, key=place), 1, len(points) - 1))
+        low, high = points[after - 1 : after + 1]
+        part = (at - place(low)) / (place(high) - place(low))
+        pressure = low.pressure + part * (high.pressure - low.pressure)
+        depth = low.penetration + part * (high.penetration - low.penetration)
+        found = problem.newton(pressure, depth, (*normal, at), tolerance, _ITERATIONS)
+        insort(points, found, key=place)
+        return sign * float(getattr(found, load))
+
+    ends = place(first), place(last)
+    # the load changes at most so much per place, where it is a kink; a smooth one is found closer
+    values = np.array([getattr(point, load) for point in points])
+    close = _FOLD * np.abs(values).max() / np.abs(np.diff(values)).max()
+    width = {"xatol": min(close, _CORNER) * (ends[1] - ends[0])}
+    minimize_scalar(solve, bounds=ends, method="bounded", options=width)
+    return points

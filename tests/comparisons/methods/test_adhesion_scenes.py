@@ -148,6 +148,21 @@ def test_a_range_is_maugis_tension_and_has_a_hysteresis(curves):
     assert springs["pull_off_force"][0] < exact
 
 
+@pytest.mark.slow
+def test_the_pull_of_a_long_range_does_not_depend_on_the_listed_loads(solved):
+    """Lambda = 0.07: few depths, many and prescribed pulls, 0.3 % from Maugis' on 8 cells."""
+    form = MaugisForm(0.01, 2e6, 0.05, 0.05 / 30e-6)
+    exact = -float(form.force(form.pull_off()))
+    for path in ('["40 um", "-100 um"]', '["10 um", "5 um", "0 um", "-5 um", "-40 um"]'):
+        scene = scene_of("paraboloid", f"penetration = {path}", 'range = "30 um"')
+        pull = solved(scene, "bem_fft", 8).quantities["pull_off_force"][0]
+        np.testing.assert_allclose(pull, exact, rtol=3e-3)
+    forces = [1e-3, -0.995 * exact, -1.005 * exact]
+    scene = scene_of("paraboloid", f"force = {forces}", 'range = "30 um"')
+    held = solved(scene, "bem_fft", 8).converged[0]
+    np.testing.assert_array_equal(held, [True, True, False])
+
+
 def scene_in(unit: float):
     """Return a ball that comes, is pressed on and leaves, all lengths times a unit."""
     depths = [-6e-6 * unit, 2e-6 * unit, -6e-6 * unit]
