@@ -78,10 +78,14 @@ BUILT_IN: dict[str, Method] = {
     "reduced": Method(
         "reduced model",
         dimension=1,
-        usual={"single": Usual(0.0005, 20, 2.0), "rough": Usual(5e-5, 64, 2.0)},
+        usual={"single": Usual(0.0005, 20, 2.0), "rough": Usual(2.5e-5, 64, 2.0)},
     ),
     "bem_dense": Method(
-        "dense BEM", preference=3, grid=True, growth=64.0, usual={"single": Usual(0.01, 8, 16.0)}
+        "dense BEM",
+        preference=3,
+        grid=True,
+        growth=64.0,
+        usual={"single": Usual(0.01, 8, 16.0), "rough": Usual(0.4, 64, 16.0)},
     ),
     "bem_fft": Method(
         "FFT BEM",
@@ -90,7 +94,7 @@ BUILT_IN: dict[str, Method] = {
         growth=4.7,
         usual={
             "single": Usual(0.045, 32, 4.7),
-            "rough": Usual(0.1, 128, 4.0),
+            "rough": Usual(0.045, 64, 4.0),
             "adhesive": Usual(3.0, 12, 16.0),
         },
     ),

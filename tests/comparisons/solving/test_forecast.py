@@ -23,8 +23,8 @@ def kind(rough):
 def test_a_like_task_costs_the_same_for_each_realisation(kind):
     forecast = Forecast()
     forecast.learn(kind, 50.0)
-    assert forecast.cost(kind) == 50.0
-    assert forecast.cost(replace(kind, realisations=2)) == 4.0
+    assert math.isclose(forecast.cost(kind), 50.0)
+    assert math.isclose(forecast.cost(replace(kind, realisations=2)), 4.0)
 
 
 def test_a_finer_task_costs_more_by_the_growth_of_its_method(kind):
@@ -146,15 +146,15 @@ def test_an_unknown_method_makes_the_sum_a_lower_bound(kind):
     forecast = Forecast()
     forecast.learn(kind, 10.0)
     both = [kind, replace(kind, method="winkler")]
-    assert forecast.remaining(both, 1).seconds == 10.0
+    assert math.isclose(forecast.remaining(both, 1).seconds, 10.0)
     assert not forecast.remaining(both, 1).complete
 
 
 def test_workers_share_the_work_but_not_a_task(kind):
     forecast = Forecast()
     forecast.learn(kind, 10.0)
-    assert forecast.remaining([kind] * 6, 3).seconds == 20.0
-    assert forecast.remaining([kind], 3).seconds == 10.0
+    assert math.isclose(forecast.remaining([kind] * 6, 3).seconds, 20.0)
+    assert math.isclose(forecast.remaining([kind], 3).seconds, 10.0)
     assert forecast.remaining([], 3) == replace(forecast.remaining([kind], 3), seconds=0.0)
 
 
