@@ -88,7 +88,11 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
     if fmt.finite(most.get("von_mises_max")) and "von_mises_depth" in most:
         stress = fmt.with_unit(most["von_mises_max"], "Pa")
         depth = fmt.with_unit(most["von_mises_depth"], "m")
-        text = f"{stress}, {depth} below the surface: elastic only if the yield stress is higher"
+        of = ""
+        if body.counter_body:
+            of = f" of the half-space (ν = {body.half_space.poisson_ratio:g})"
+        text = f"{stress}, {depth} below the surface{of}: elastic only if its yield stress is "
+        text += "higher ([plasticity] models what yields)"
         lines.append((VON_MISES, text))
     pressed = rows["contact_area"] > 0
     if body.rough and not body.physics and pressed.any():
