@@ -102,7 +102,7 @@ def assert_one_voice(scene, folder, capsys):
         what = quantity(item.quantity).label
         assert words(f"{what} {item.number} {item.when} {item.word} {asked}") in run
         assert words(f"{item.word} {item.number}") in page
-        assert row[1:4] == (what, item.number, f"{item.word} {asked}")
+        assert row[1:4] == (what, item.number, f"{item.word} {asked}{item.lacking}")
         # The setting that is judged: of one that lost its steps there is nothing to say.
         setting = ("reduced model", fmt.count(item.resolution))
         (own,) = (row for row in rows_of(printed_settings(scene)) if row[:2] == setting)
