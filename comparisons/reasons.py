@@ -13,6 +13,7 @@ import numpy as np
 CHECK = "check the "
 STEEP = f"{CHECK}slopes"  # too steep for every method: that they agree says nothing
 STRAINED = "small strains: "  # of notes on a premise of all methods that a scene strains
+UNJUDGED = "not computed by the reference"  # first words of why a quantity has no error
 _NUMBER = r"[-+]?(?:\d[\d.]*(?:e[-+]?\d+)?|nan|inf)"
 # Lists as Python or NumPy write them, with commas or without; rows of a matrix one by one.
 _LONG_LIST = re.compile(rf"\[\s*({_NUMBER})((?:[,\s]+(?:{_NUMBER}|\.\.\.)){{4,}})[,\s]*\]", re.I)

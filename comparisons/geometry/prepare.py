@@ -15,6 +15,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from comparisons.formatting import with_unit
 from comparisons.geometry.estimates import contacts, impact_contacts, largest_contact
 from comparisons.geometry.faces import Face, MeasuredFace, combined, faces_of, together, top
 from comparisons.scene.indenters.axisymmetric import Profile, Sphere
@@ -276,9 +277,11 @@ def _press_estimate(scene: Scene, loads: AbsoluteLoads) -> IndenterGeometry:
         if len(unreached) == len(depth):
             raise ValueError(unreached[0])
         if isinstance(scene.indenter, Sphere):
-            # Springs have no limit; the closed form raises if the contact would reach R.
+            # Springs have no limit.
             closed = sphere(scene.indenter.radius, scene.effective_modulus)
-            closed.force(depth[np.isfinite(depth)])
+            if (deepest := float(np.nanmax(depth))) > closed.limit:
+                most, why = with_unit(closed.limit, "m"), closed.limit_reason
+                raise ValueError(f"penetration {with_unit(deepest, 'm')} is above {most}: {why}")
     except (ValueError, RuntimeError, ArithmeticError) as error:
         raise SceneError(scene.name, [f"loading.{loads.control}: {error}"]) from error
     last = np.flatnonzero(np.isfinite(radius))[-1]

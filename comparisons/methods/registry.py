@@ -133,6 +133,8 @@ def solver_of(task: Task) -> Solver[Any]:
 
 def _maker(name: str, scene: Scene) -> Maker:
     tables = set(scene.physics)
+    if not SOLVERS[name]:  # for physics that the scene has not
+        load()
     able = sorted((m for m in SOLVERS[name] if m.physics >= tables), key=lambda m: len(m.physics))
     if not able:  # which tables it does not model, or not together
         load()

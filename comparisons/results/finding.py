@@ -15,6 +15,7 @@ from comparisons import formatting as fmt
 from comparisons.facts.methods import CLOSED_FORM, MODEL, title_of
 from comparisons.facts.quantities import in_order, quantity
 from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN, Verdict, worst
+from comparisons.reasons import UNJUDGED
 from comparisons.results.advice import Setting, advise
 from comparisons.results.record import SceneRecord, depends_on_depth, once
 from comparisons.scene.indenters import AnyIndenter
@@ -172,9 +173,21 @@ def finding(records: Sequence[SceneRecord], method: str = MODEL) -> list[FamilyR
 
 
 def answers(record: SceneRecord, verdict: Verdict) -> bool:
-    """Tell whether a verdict is on an answer: the area of a flat face is what was put in."""
+    """Tell whether a verdict is on an answer: the area of a flat face is what was put in.
+
+    So is the volume that a force wears off over a distance, k F s.
+    """
     given = AREAS if family(record) == FLAT else ()
+    loading, wear = (record.tables.get(table, {}) for table in ("loading", "wear"))
+    if "sliding_distance" in wear and not {"force", "pressure"}.isdisjoint(loading):
+        given = (*given, "worn_volume")
     return verdict.counts and verdict.offered and verdict.quantity not in given
+
+
+def unjudged(record: SceneRecord) -> list[str]:
+    """Return the quantities that are compared, and that the reference does not compute."""
+    missing = {item.quantity for item in record.verdicts if item.reason.startswith(UNJUDGED)}
+    return [name for name in record.quantities if name in missing]
 
 
 def _standing(record: SceneRecord, method: str) -> _Standing:
@@ -184,7 +197,8 @@ def _standing(record: SceneRecord, method: str) -> _Standing:
     if not within or record.by_chance(method):
         use = NO if any(item.word == OUTSIDE for item in known) else NOT_KNOWN
     else:
-        use = YES if len(within) == len(known) else f"for {', '.join(within)} only"
+        whole = len(within) == len(known) and not unjudged(record)
+        use = YES if whole else f"for {', '.join(within)} only"
     advice = advise(record)
     exact = (item for item in advice.settings if item.is_truth and item.method == CLOSED_FORM)
     others = [item for item in advice.reaching() if item.method != method]

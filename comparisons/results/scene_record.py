@@ -15,6 +15,7 @@ from comparisons.geometry.prepare import RoughGeometry
 from comparisons.judging.comparison import compare, truth_bars
 from comparisons.judging.truth import NO_REFERENCE, Reference, Truth
 from comparisons.judging.verdicts import NO_RESULT, Verdict
+from comparisons.reasons import UNJUDGED
 from comparisons.results.advice import advise
 from comparisons.results.record import NOBODY, SceneRecord
 from comparisons.results.rows import Rows
@@ -126,7 +127,7 @@ def _why_unanswered(record: SceneRecord, name: str) -> str:
     if name not in judged and not np.isfinite(record.solved[name]).any():
         return ": ".join(filter(None, [NOBODY, quantity(name).only]))
     truth = record.title_of(record.reference.method)
-    return f"not computed by the reference ({truth})"
+    return f"{UNJUDGED} ({truth})"
 
 
 def _why_missing(record: SceneRecord, name: str, method: str) -> str:

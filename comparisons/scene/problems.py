@@ -49,9 +49,9 @@ def in_file(error: ValidationError, model: type[BaseModel]) -> list[str]:
     for problem in error.errors():
         lines.append(readable(problem))
         if problem["type"] == "extra_forbidden":
-            *tables, key = problem["loc"]
-            meant = near(str(key), _keys(model, tables))
-            lines[-1] += meant or _elsewhere(str(key), model, str(tables[0]) if tables else "")
+            *tables, key = map(str, problem["loc"])
+            meant = near(key, _keys(model, tables)) or _other_kinds(key, model, tables)
+            lines[-1] += meant or _elsewhere(key, model, tables[0] if tables else "")
         if problem["type"] == "literal_error" and isinstance(problem["input"], str):
             lines[-1] += near(problem["input"], re.findall("'([^']+)'", problem["ctx"]["expected"]))
         if problem["type"] in ("union_tag_invalid", "union_tag_not_found"):
@@ -61,6 +61,21 @@ def in_file(error: ValidationError, model: type[BaseModel]) -> list[str]:
             where = ".".join(map(str, problem["loc"]))
             lines += [f"{where}.{name}: unknown key{near(str(name), known)}" for name in beside]
     return lines
+
+
+def _other_kinds(key: str, model: type[BaseModel], tables: list[str]) -> str:
+    """Return the end of a message on a key that a table has where it is of another kind."""
+    if len(tables) != 2 or tables[0] not in model.model_fields:
+        return ""
+    tags = [
+        tag
+        for kind in _tables(model.model_fields[tables[0]].annotation)
+        if key in kind.model_fields
+        for name in ("kind", "shape")
+        if name in kind.model_fields
+        for tag in get_args(kind.model_fields[name].annotation)
+    ]
+    return f"; only {' or '.join(tags)} has it" if tags else ""
 
 
 def _elsewhere(key: str, model: type[BaseModel], table: str) -> str:

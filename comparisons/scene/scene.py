@@ -139,7 +139,7 @@ class Scene(_Physics):
     compare: Compare = Compare()
     methods: MethodOptions = MethodOptions()
     # Of a member of a sweep, the key that is varied and its value here.
-    sweep: dict[str, str | float] = Field(default_factory=dict)
+    sweep: dict[str, str | bool | int | float] = Field(default_factory=dict)
     directory: str = Field(default=".", exclude=True)
 
     @field_validator("name", mode="before")

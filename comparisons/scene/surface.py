@@ -35,6 +35,11 @@ PointsPair = Annotated[tuple[Points, Points], BeforeValidator(_pair)]
 SizePair = Annotated[tuple[Length, Length], BeforeValidator(_pair)]
 
 
+def _named(value: Any) -> Any:
+    """Let a number stand for its digits."""
+    return str(value) if type(value) is int else value
+
+
 class SelfAffine(SceneTable):
     """A synthetic self-affine surface, (19.22) with fixed amplitudes and random phases."""
 
@@ -88,7 +93,7 @@ class MeasuredMap(SceneTable):
     size: SizePair | None = None
     height_unit: Annotated[str, Field(max_length=20)] | None = None
     lateral_unit: Annotated[str, Field(max_length=20)] | None = None
-    channel: Annotated[str, Field(max_length=200)] | None = None
+    channel: Annotated[str, Field(max_length=200), BeforeValidator(_named)] | None = None
     periodic: StrictBool = False  # before detrend, which depends on it
     detrend: Literal["none", "mean", "tilt", "curvature"] | None = None
     crop: tuple[Index, Index, Window, Window] | None = None

@@ -90,7 +90,9 @@ class Plan(PlanRecord):
         quantities = self.scene.compare.quantities
         if self.loads.compares_itself:
             return quantities
-        return tuple(q for q in quantities if q not in self.loads.columns) or quantities
+        held = () if self.loads.normal is None else (self.loads.normal.control,)
+        prescribed = {*self.loads.columns, *held}
+        return tuple(q for q in quantities if q not in prescribed) or quantities
 
     def blocks(self, method: str, resolution: int = 1) -> list[tuple[int, ...]]:
         """Return the realisations of a method in blocks of one task each, smaller on fine grids."""

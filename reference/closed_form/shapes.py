@@ -244,7 +244,7 @@ def sphere(radius: float, effective_modulus: float) -> ClosedForm:
             largest=R,
         ),
         limit=R * _SPHERE_LIMIT * math.tanh(_SPHERE_LIMIT),
-        limit_reason="the contact would reach the radius of the sphere",
+        limit_reason="14 radii, where the contact would reach the radius of the sphere",
     )
 
 

@@ -65,6 +65,8 @@ def run_command(arguments: list[str]) -> int:
             # A console that cannot show a narrow space or a micro sign shows a question mark.
             stream.reconfigure(errors="replace")
     try:
+        if {"--full", "--quick"} <= set(arguments):
+            raise InputError("expected one of --full and --quick, got both")
         result = app(arguments, exit_on_error=False, print_error=True, result_action="return_value")
     except CycloptsError as error:
         if isinstance(error, UnknownCommandError) and arguments[0] in MEANT:

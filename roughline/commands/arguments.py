@@ -104,6 +104,7 @@ DEFAULT_FOLDER = Path("roughline-results")
 
 MaybeWhole = Annotated[int | None, Parameter(converter=_count)]
 Flag = Annotated[bool, Parameter(negative=())]
+Share = Annotated[str, Parameter(allow_leading_hyphen=True)]  # -5% is told to be wrong
 Full = Annotated[bool, Parameter(name="--full", negative="--quick")]
 Verbose = Annotated[bool, Parameter(name=["--verbose", "-v"], negative=())]
 

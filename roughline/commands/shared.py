@@ -29,6 +29,9 @@ if TYPE_CHECKING:
     from comparisons.questions.problems.sheet import Sheet
 
 
+ENTRY = "entry.json"  # to be filled in
+
+
 def problems(problem: str | None = None, *, out: Path | None = None) -> int:
     """List the numbered problems, or print the sheet of one.
 
@@ -55,6 +58,8 @@ def problems(problem: str | None = None, *, out: Path | None = None) -> int:
     if out is not None:
         from comparisons.results.folder import held
 
+        if (out / ENTRY).exists():
+            raise InputError(f"{out / ENTRY}: exists; choose another folder")
         with held(out):
             paths = write_problem(sheet, out)
         say("\n".join(map(str, paths)))
@@ -136,7 +141,7 @@ def write_problem(sheet: Sheet, folder: Path) -> list[Path]:
 
     geometry, loads = prepare(sheet.scene)
     steps = len(loads.values)
-    paths = [folder / "scene.toml", folder / "entry.json"]
+    paths = [folder / "scene.toml", folder / ENTRY]
     write_text(paths[0], sheet.scene.text)
     write_text(paths[1], json.dumps(blank_entry(sheet, steps), indent=1) + "\n")
     if isinstance(geometry, RoughGeometry):

@@ -71,8 +71,9 @@ const standingOf = (scene, method) => {
   const tolerance = sceneTolerance(scene), known = scene.judged[method].filter(isAsked);
   const held = known.filter((one) => wordFor(one, tolerance) === "within").sort((a, b) => scene.order.indexOf(a.quantity) - scene.order.indexOf(b.quantity));
   const within = held.map((one) => one.symbol), quantities = new Set(held.map((one) => one.quantity));
+  const whole = within.length === known.length && !scene.unjudged.some((name) => !question.counted || question.counted.has(name));
   const wrong = known.some((one) => wordFor(one, tolerance) === "outside");
-  const use = !within.length || scene.lucky.includes(method) ? (wrong ? "no" : "not known") : within.length === known.length ? "yes" : `for ${within.join(", ")} only`;
+  const use = !within.length || scene.lucky.includes(method) ? (wrong ? "no" : "not known") : whole ? "yes" : `for ${within.join(", ")} only`;
   const reached = reaching(scene, tolerance);
   // The fastest that is within in all that it may be used for.
   const inPart = use.endsWith(" only") ? scene.settings.filter((one) => one.method === method

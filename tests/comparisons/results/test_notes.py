@@ -120,6 +120,22 @@ def test_a_card_gives_the_true_values_of_all_that_was_asked_with_their_bars():
     assert "; ± of discretisation alone; of one surface" in told["true values by"]
 
 
+def test_what_the_reference_lacks_is_no_yes_and_what_is_prescribed_decides_nothing():
+    """Of a worn punch the closed form has no largest depth; F is held, and the volume is k F s."""
+    names = ["penetration", "force", "worn_volume", "wear_depth"]
+    (plan,) = plan_scene(
+        load_scene(
+            "worn-punch",
+            {"compare.methods": ["closed_form", "reduced"], "compare.resolutions": [10]}
+            | {"compare.quantities": names},
+        )
+    )
+    record = record_scene(*solved_in_memory(plan, "quick"))
+    assert "force" not in record.quantities
+    (row,) = finding([record])
+    assert (row.use, row.error[:2]) == ("for d only", "d ")
+
+
 def test_a_model_that_takes_longer_than_a_solver_is_not_needed():
     """Lines that take a microsecond are worth it, lines that take an hour are not."""
     record = solved(0.3)

@@ -18,6 +18,7 @@ from comparisons.scene.scene import (
     make_scene,
     parse_scene,
 )
+from comparisons.scene.surface import MeasuredMap
 
 MODULUS = {"effective_modulus": 1e9}
 BALL = {"shape": "paraboloid", "radius": 1.0}
@@ -295,7 +296,7 @@ def test_each_wrong_surface_is_named(changes, expected):
             "surface.detrend: expected 'mean' (the default) or 'none' with periodic = true, got",
         ),
         ({"undefined": "zero"}, "surface.undefined: expected 'interpolate', 'lowest' or 'refuse'"),
-        ({"hurst": 0.8}, "surface.hurst: unknown key"),
+        ({"hurst": 0.8}, "surface.hurst: unknown key; only self_affine has it"),
     ],
 )
 def test_each_wrong_map_is_named(changes, expected):
@@ -362,6 +363,18 @@ def test_an_override_below_something_that_is_no_table():
     with pytest.raises(SceneError) as caught:
         parse_scene("methods = 3\n" + TEXT, "x.toml", Path(), {"methods.fem.contact": "penalty"})
     assert caught.value.problems == ["methods: expected a table, got 3"]
+
+
+def test_a_channel_is_named_by_its_name_or_number():
+    assert MeasuredMap(kind="map", file="a.npy", channel=1).channel == "1"
+
+
+@pytest.mark.parametrize(("key", "values"), [("seed", [1, 2]), ("periodic", [True, False])])
+def test_a_sweep_goes_over_numbers_of_surfaces_and_switches(key, values):
+    """A whole number is no 1.0, and a switch no 1: the scene that is validated anew is the same."""
+    tables = {"name": "a", "half_space": {"effective_modulus": 1e9}, "surface": PATCH}
+    tables |= {"loading": {"force": 1.0}, "sweep": {f"surface.{key}": values}}
+    assert [getattr(scene.surface, key) for scene in load_scenes(tables)] == values
 
 
 SWEEP = {"indenter.radius": ["1 mm", "2 mm"]}

@@ -79,6 +79,17 @@ WRONG = {
             "friction: expected loading.tangential_force or loading.tangential_displacement",
         ),
         (
+            {
+                "viscoelastic": {
+                    "model": "prony",
+                    "shear_moduli": ["1 MPa", "2 MPa"],
+                    "relaxation_times": ["1 s", "2 s"],
+                },
+                "loading": {"penetration": ["1 um"], "time": [1]},
+            },
+            "expected 1, one for each dashpot, got 2; the moduli begin with the long-term G0",
+        ),
+        (
             {"compare.quantities": ["restitution", "friction_coefficient", "worn_volume"]},
             "restitution: expected [dynamics] in the scene",
             "friction_coefficient: expected [friction] or [sliding] in the scene",

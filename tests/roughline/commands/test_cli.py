@@ -219,6 +219,9 @@ def test_a_wrong_scene_is_one_clear_message_and_nothing_is_written(
         (["solve", "paraboloid", "--method", "magic"], "--method: expected one of closed_form,"),
         (["solve", "paraboloid", "--method", "fem", "--resolution", "1"], "expected at least 2"),
         (["solve", "paraboloid", "--method", "fem", "--resolution", "1.5"], "a whole number"),
+        (["solve", "cylinder", "--method", "kalker"], "no [rolling]"),
+        (["claims", "--quick", "--full"], "expected one of --full and --quick, got both"),
+        (["advise", "cylinder", "--tolerance", "-5%"], "a positive finite number, got -0.05"),
         (["solve", "rough-patch", "--method", "closed_form"], "a rough surface has no closed form"),
         (["solve", "paraboloid", "--method", "reduced", "--vtu", "x.vtu"], "no field on a mesh"),
         (
@@ -260,6 +263,13 @@ def test_a_wrong_command_is_one_clear_message_and_nothing_is_written(
     assert said.count(expected) == 1 or ":" not in expected
     assert "Traceback" not in said
     assert files(tmp_path) == set()
+
+
+def test_an_entry_that_was_filled_in_is_not_written_anew(roughline, tmp_path):
+    assert roughline("problems", "RL-001", "--out", "p").code == 0
+    (tmp_path / "p/entry.json").write_text("mine")
+    assert "choose another folder" in roughline("problems", "RL-001", "--out", "p").err
+    assert (tmp_path / "p/entry.json").read_text() == "mine"
 
 
 @pytest.mark.parametrize(

@@ -70,6 +70,8 @@ class Viscoelastic(PhysicsTable):
                 problems.append(
                     f"{name}: expected {dashpots}, one for each dashpot, got {len(entries)}"
                 )
+        if problems and self.model == "prony":
+            problems.append("the moduli begin with the long-term G0, which may be 0")
         if problems:
             raise fail("; ".join(problems))
         return self
