@@ -1,8 +1,8 @@
-"""Write the verdicts on the claims into their pages, from stored full runs.
+"""Write what the claims found into the pages, from stored full runs.
 
-Five sentences stand in README.md, the others in docs/claims.md. The record of the runs comes
-with the package (`STORED`; `roughline claims --stored` writes its page). A run of all claims, or of
-those that are new or changed, is put into it, and what stands between the markers is made anew::
+The record of the runs comes with the package (`STORED`; `roughline claims --stored` writes its
+page). A run of all claims, or of those that are new or changed, is put into it, and what stands
+between the markers is made anew, sentences of claims_pages.toml with the numbers of the claims::
 
     roughline claims --full --json run.json
     python docs/examples/claims_table.py run.json
@@ -27,12 +27,16 @@ from comparisons.questions.claims.record import (
     load_claims_record,
     not_run,
 )
-from comparisons.questions.claims.wording import error_text, limit_words, value
+from comparisons.questions.claims.wording import error_text, finding, limit_words, value
 
 DOCS = Path(__file__).resolve().parents[1]
-PAGES = (DOCS.parent / "README.md", DOCS / "claims.md")
 TEXTS = tomllib.loads((DOCS / "examples" / "claims_pages.toml").read_text(encoding="utf-8"))
-BLOCK = re.compile(r"(<!-- claims (five|known) -->\n).*?(<!-- end of claims -->)", re.DOTALL)
+BLOCK = re.compile(r"(<!-- claims (\w+) -->\n).*?(<!-- end of claims -->)", re.DOTALL)
+PAGES = [
+    page
+    for page in (DOCS.parent / "README.md", *sorted(DOCS.glob("*.md")))
+    if BLOCK.search(page.read_text(encoding="utf-8"))
+]
 
 
 # %%
@@ -56,7 +60,7 @@ def put_together(records: list[ClaimsRecord]) -> ClaimsRecord:
 
 
 def _bare(claim: ClaimRecord, file: Claim) -> ClaimRecord:
-    """Leave out details of points; the words of the claim are as the file has them."""
+    """Leave out details of points; the claim is in the words of its file, the finding in ours."""
     changed = {
         "text": file.text,
         "refuted_by": file.refuted_by,
@@ -75,25 +79,37 @@ def _bare(claim: ClaimRecord, file: Claim) -> ClaimRecord:
             for row in claim.map.rows
         ]
         changed["map"] = claim.map.model_copy(update={"rows": rows})
-    return claim.model_copy(update=changed)
+    bare = claim.model_copy(update=changed)
+    words = finding(file, "full", bare.points, bare.ranges, bare.nuisances, bare.draws, bare.map)
+    return bare.model_copy(update={"sentence": words})
 
 
 def _without_details(points: list[PointRecord]) -> list[PointRecord]:
-    return [point.model_copy(update={"details": {}}) for point in points]
+    """Keep only the details that words need."""
+    kept = ("quantity", "no result")
+    return [
+        point.model_copy(
+            update={"details": {k: point.details[k] for k in kept if k in point.details}}
+        )
+        for point in points
+    ]
 
 
 # %%
 def rendered(record: ClaimsRecord, kind: str) -> str:
-    """Return the sentences of a block; every number is a claim's. Who said what: with `known`."""
+    """Return the sentences of a block; every number is a claim's. `known` has the tally, too."""
     by_id = {claim.id: claim for claim in record.claims}
     lines = []
     for text in TEXTS[kind]["sentences"]:
         sentence, ids = _with_numbers(text, by_id)
-        verdicts = ", ".join(f"`{name}`: {by_id[name].verdict}" for name in ids)
+        of: dict[str, list[str]] = {}
+        for name in ids:
+            of.setdefault(by_id[name].verdict, []).append(f"`{name}`")
+        verdicts = "; ".join(f"{', '.join(names)}: {verdict}" for verdict, names in of.items())
         lines.append(f"- {sentence} ({verdicts})")
-    if kind == "five":
-        return "\n".join(lines) + "\n"
-    return "\n".join(lines) + f"\n\n{tally(record)}\n"
+    if kind == "known":
+        lines += ["", tally(record)]
+    return "\n".join(lines) + "\n"
 
 
 def _with_numbers(text: str, by_id: dict[str, ClaimRecord]) -> tuple[str, list[str]]:
@@ -175,9 +191,7 @@ def tally(record: ClaimsRecord) -> str:
     denied = [claim for claim in record.claims if claim.confirmed_by != "holds"]
     confirming = sum(claim.confirms for claim in denied)
     return (
-        ". ".join(sentences)
-        + f". {len(denied)} of them state what the chapter denies; {confirming} of these verdicts "
-        "confirm it."
+        ". ".join(sentences) + f". The chapter denies {len(denied)} of them, {confirming} rightly."
     )
 
 

@@ -38,7 +38,6 @@ from comparisons.questions.claims.record import (
     PointRecord,
     load_claims_record,
     not_run,
-    verdict_of,
     verdict_over_all,
 )
 from comparisons.questions.claims.scenes import measure_scene
@@ -54,7 +53,7 @@ from comparisons.questions.claims.search import (
     representative,
     shares,
 )
-from comparisons.questions.claims.wording import WRONG_SIGN, conditions, sentence, value
+from comparisons.questions.claims.wording import WRONG_SIGN, finding, value
 from comparisons.questions.experiments import EXPERIMENTS, Measurement
 from comparisons.questions.experiments.experiment import Effort
 from comparisons.reasons import one_line
@@ -147,9 +146,6 @@ def judged_claim(claim: Claim, effort: Effort, seed: int = SEED) -> Inquiry[Clai
     ]
     beside = [*(line.points for line in nuisances), *(row.points for row in rows)]
     measured = [*points, *(point for line in beside for point in line), *draws]
-    finding = sentence(
-        claim, verdict_of([point.word for point in points], effort), points, ranges_of(points)
-    )
     return ClaimRecord(
         **claim.model_dump(include=COPIED),
         author=claim.author,
@@ -163,7 +159,9 @@ def judged_claim(claim: Claim, effort: Effort, seed: int = SEED) -> Inquiry[Clai
             [point.word for point in draws],
             effort,
         ),
-        sentence=f"{finding} {conditions(claim, list(nuisances), list(draws), validity)}".rstrip(),
+        sentence=finding(
+            claim, effort, points, ranges_of(points), list(nuisances), list(draws), validity
+        ),
         points=points,
         ranges=ranges_of(points),
         nuisances=list(nuisances),

@@ -11,7 +11,13 @@ import numpy as np
 from comparisons.facts.quantities import quantity
 from comparisons.formatting import finite, number, plus_minus, relative, tolerance, without_padding
 from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN
-from comparisons.questions.claims.record import FAILS, HOLDS, IN_A_RANGE, not_run
+from comparisons.questions.claims.record import (
+    FAILS,
+    HOLDS,
+    IN_A_RANGE,
+    not_run,
+    verdict_of,
+)
 
 if TYPE_CHECKING:
     from comparisons.questions.claims.claim import Claim
@@ -21,10 +27,25 @@ if TYPE_CHECKING:
         PointRecord,
         RangeRecord,
     )
-    from comparisons.questions.experiments.experiment import Measurement
+    from comparisons.questions.experiments.experiment import Effort, Measurement
 
 
-def sentence(
+def finding(
+    claim: Claim,
+    effort: Effort,
+    points: list[PointRecord],
+    ranges: list[RangeRecord],
+    nuisances: list[NuisanceRecord],
+    draws: list[PointRecord],
+    validity: MapRecord | None,
+) -> str:
+    """Return what was found, in words: as the claim is stated, and beyond."""
+    verdict = verdict_of([point.word for point in points], effort)
+    stated = _sentence(claim, verdict, points, ranges)
+    return f"{stated} {_conditions(claim, nuisances, draws, validity)}".rstrip()
+
+
+def _sentence(
     claim: Claim, verdict: str, points: list[PointRecord], ranges: list[RangeRecord]
 ) -> str:
     """Return a sentence on the verdict with the decisive numbers.
@@ -70,34 +91,34 @@ def sentence(
     elif crossings:
         left += f"; the error changes sign between {', and between '.join(crossings)}"
     if not judged:
-        finding = f"No result: {_reason(first)}."
+        found = f"No result: {_reason(first)}."
     elif verdict == HOLDS:
         largest = at(max(judged, key=_size))
-        finding = f"Within {limit} for {span}; the largest {noun} is {largest}."
+        found = f"Within {limit} for {span}; the largest {noun} is {largest}."
     elif verdict == FAILS:
         resolved = "" if len(failing) == len(points) else " wherever it is resolved,"
         smallest = at(min(failing, key=_size))
-        finding = f"Outside {limit}{resolved} for {span}; the smallest {noun} is {smallest}{left}."
+        found = f"Outside {limit}{resolved} for {span}; the smallest {noun} is {smallest}{left}."
     elif verdict == IN_A_RANGE:
-        stretches = "; ".join(_stretch(stretch) for stretch in ranges)
+        stretches = _stretches(ranges, points)
         largest = at(max(judged, key=_size))
-        finding = f"Within {limit} for {claim.parameter} {stretches}. "
-        finding += f"The largest {noun} is {largest}{left}."
+        found = f"Within {limit} for {claim.parameter} {stretches}. "
+        found += f"The largest {noun} is {largest}{left}."
     elif failing:
         where = ", ".join(value(point.parameter) for point in failing)
-        finding = f"Outside {limit} at {where}; whether it holds anywhere for {span} "
-        finding += f"is not resolved{left}."
+        found = f"Outside {limit} at {where}; whether it holds anywhere for {span} "
+        found += f"is not resolved{left}."
     else:
-        finding = f"For {span} no {noun} beyond {limit} is certain{_open(points)}."
+        found = f"For {span} no {noun} beyond {limit} is certain{_open(points)}."
     if claim.premise is None:
-        return finding
+        return found
     end = claim.premise.to
     within = ", ".join(at(p) for p in points if p.parameter is not None and p.parameter <= end)
     beyond = ", ".join(at(p) for p in points if p.parameter is not None and p.parameter > end)
-    return f"{finding} While {claim.premise.condition}: {within}; beyond: {beyond}."
+    return f"{found} While {claim.premise.condition}: {within}; beyond: {beyond}."
 
 
-def conditions(
+def _conditions(
     claim: Claim,
     nuisances: list[NuisanceRecord],
     draws: list[PointRecord],
@@ -116,7 +137,7 @@ def conditions(
     for nuisance in nuisances:
         points, words = nuisance.points, {point.word for point in nuisance.points}
         first, last = value(points[0].parameter), value(points[-1].parameter)
-        stretches = "; ".join(_stretch(stretch) for stretch in nuisance.ranges)
+        stretches = _stretches(nuisance.ranges, points)
         choices, stated = nuisance.choices, nuisance.stated
         name = f"{nuisance.name} ({choices[int(stated)] if choices else value(stated)} above)"
         if choices:
@@ -152,7 +173,7 @@ def conditions(
     if validity is not None:
         places = []
         for stretches, rows in groupby(
-            validity.rows, key=lambda row: "; ".join(_stretch(stretch) for stretch in row.ranges)
+            validity.rows, key=lambda row: _stretches(row.ranges, row.points)
         ):
             numbers = [
                 validity.choices[int(row.number)] if validity.choices else value(row.number)
@@ -206,12 +227,20 @@ def _size(point: PointRecord) -> float:
     return np.inf if point.error is None else abs(point.error)
 
 
-def _stretch(stretch: RangeRecord) -> str:
-    """Return an interval in words, with the next points beyond its ends."""
-    low, high = value(stretch.low), value(stretch.high)
-    text = f"at {low}" if stretch.low == stretch.high else f"from {low} to {high}"
-    beyond = [value(end) for end in (stretch.below, stretch.above) if end is not None]
-    return f"{text} (not at {' nor at '.join(beyond)})" if beyond else text
+def _stretches(ranges: list[RangeRecord], points: list[PointRecord]) -> str:
+    """Return intervals in words, with the next points beyond their ends and what these are."""
+    words = {point.parameter: point.word for point in points}
+    texts = []
+    for stretch in ranges:
+        low, high = value(stretch.low), value(stretch.high)
+        text = f"at {low}" if stretch.low == stretch.high else f"from {low} to {high}"
+        beyond: dict[str, list[str]] = {}
+        for end in (stretch.below, stretch.above):
+            if end is not None:
+                beyond.setdefault(words[end].replace(OUTSIDE, "not"), []).append(value(end))
+        asides = [f"{word} at {' nor at '.join(ends)}" for word, ends in beyond.items()]
+        texts.append(f"{text} ({'; '.join(asides)})" if asides else text)
+    return "; ".join(texts)
 
 
 def _open(points: list[PointRecord]) -> str:

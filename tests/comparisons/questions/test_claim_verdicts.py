@@ -177,7 +177,9 @@ def test_the_words_come_from_the_numbers(monkeypatch):
     assert record.verdict == IN_A_RANGE
     stretch = record.ranges[0]
     assert stretch.high <= 4.95 <= stretch.above
-    assert f"x from 1 to {stretch.high:.4g} (not at" in record.sentence
+    assert (
+        f"x from 1 to {stretch.high:.4g} (not resolved at {stretch.above:.4g})" in record.sentence
+    )
     assert "−2.00 ± 0.01\u202f% at 10" in record.sentence
     single = experiment_claim(
         monkeypatch, lambda x, effort: Measurement(None, 0.03, 0.001), vary=None
