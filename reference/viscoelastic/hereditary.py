@@ -317,11 +317,16 @@ def impact(
     require_positive("impact", mass=mass, velocity=velocity, effective_modulus=effective_modulus)
     factor = contact_factor(poisson_ratio)
 
+    def reached(d: float) -> float:
+        if d > form.limit:
+            raise ConvergenceError(f"the mass is not stopped: {form.limit_reason}")
+        return max(d, 0.0)
+
     def growth(d: float) -> float:
-        return factor * float(form.stiffness(max(d, 0.0))) / effective_modulus
+        return factor * float(form.stiffness(reached(d))) / effective_modulus
 
     def area(d: float) -> float:
-        return factor * float(form.force(max(d, 0.0))) / effective_modulus
+        return factor * float(form.force(reached(d))) / effective_modulus
 
     def collided(tolerance: float) -> tuple[float, float, float, float]:
         """Return restitution, duration, largest depth and largest force.
@@ -336,7 +341,6 @@ def impact(
             modulus = material.instantaneous_modulus + viscosity * velocity / depth
             return modulus * area(depth) * depth / 2 - mass * velocity**2 / 2
 
-        # from a depth that the shape has; only a mass that is not stopped there is told so
         low = high = min(velocity, form.limit)
         while excess(low) > 0:
             low /= 4

@@ -15,6 +15,7 @@ from reduced.memory.materials import prony
 from reduced.memory.row import RelaxingSprings
 from reduced.profiles.equivalents import cone, cylinder, paraboloid, power_law
 from reference import closed_form
+from reference.errors import ConvergenceError
 from reference.halfspace import FreeOperator
 from reference.loads import History
 from reference.viscoelastic import creep, impact, indentation, press_in_time
@@ -256,6 +257,13 @@ def test_a_fast_impact_of_a_small_ball_is_the_same_in_any_units():
     # the tighter of both integrations keeps 1e-8
     assert metres.restitution == pytest.approx(millimetres.restitution, rel=1e-7)
     assert 1e3 * metres.penetration == pytest.approx(millimetres.penetration, rel=1e-7)
+
+
+def test_a_mass_that_would_bury_the_ball_is_not_stopped():
+    """100 kg at 20 m/s on rubber of 0.5 to 7.5 MPa: beyond 14 R no digit tells a from R."""
+    material = GeneralisedMaxwell(5e5, (7e6,), (1e-3,))
+    with pytest.raises(ConvergenceError, match="not stopped: 14 radii"):
+        impact(closed_form.sphere(0.02, 2e6), 2e6, material, 100.0, 20.0)
 
 
 POSITIVE = st.floats(1e-3, 1e3)
