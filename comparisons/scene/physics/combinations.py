@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -11,6 +12,7 @@ from comparisons.facts.quantities import DEFAULT, DISTRIBUTIONS, TANGENTIAL, qua
 from comparisons.scene.half_space import DEPTH_KEYS, HalfSpace
 from comparisons.scene.loading import PRESCRIBED
 from comparisons.scene.physics.tables import TABLES
+from comparisons.scene.physics.tables.viscoelastic import SAME_MODULUS
 
 
 def switched_on(data: Mapping[str, Any]) -> tuple[str, ...]:
@@ -105,7 +107,10 @@ def _instead_of_two(data: Mapping[str, Any], one_body: list[str]) -> str:
     if not below.uniform:
         return ""
     gigapascals = 1e-9 / (1 / below.modulus + 1 / above.modulus)
-    if "friction" in one_body and below == above:
+    alike = below.nu == above.nu and math.isclose(
+        below.modulus, above.modulus, rel_tol=SAME_MODULUS
+    )
+    if "friction" in one_body and alike:
         return (
             "; two equal bodies act as one of half the modulus on a rigid one: drop "
             'counter_body, halve E, set friction.coupling = "none"'

@@ -32,6 +32,15 @@ WRONG = {
         ),
         ({"loading": PULL, "counter_body": SOFT, **FRICTION}, "counter_body: expected no [fric"),
         (
+            {
+                "loading": PULL,
+                "half_space": {"youngs_modulus": "210 GPa", "poisson_ratio": 0.3},
+                "counter_body": {"shear_modulus": "80.77 GPa", "poisson_ratio": 0.3},
+                **FRICTION,
+            },
+            'drop counter_body, halve E, set friction.coupling = "none"',
+        ),
+        (
             {"counter_body": SOFT, "plasticity": {"yield_stress": 1e6}, "half_space": SOFT},
             "up to first yield one body does the same: drop counter_body, set half_space.youngs_mod"
             'ulus = "0.0015 GPa" (beyond first yield the results are those of the softer body',
