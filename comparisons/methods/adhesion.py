@@ -15,7 +15,7 @@ from comparisons.methods.normal.bem_fft import HalfSpaceGrid
 from comparisons.methods.normal.closed_form import form_of
 from comparisons.methods.normal.reduced import ProfileSolver
 from comparisons.methods.solver import Refused, Solver, needed
-from comparisons.scene.indenters.axisymmetric import PowerLaw
+from comparisons.scene.indenters.axisymmetric import Paraboloid, PowerLaw
 from comparisons.scene.indenters.indenter import Indenter
 from comparisons.scene.physics.tables.adhesion import Adhesion as AdhesionTable
 from comparisons.scene.scene import Scene
@@ -24,7 +24,7 @@ from comparisons.tasks.task import Task
 from reduced.adhesion import adhere, pull_off
 from reduced.loads import LoadPath
 from reduced.springs.line import Springs
-from reference.closed_form.adhesive import AdhesiveForm
+from reference.closed_form.adhesive import AdhesiveEquilibria, AdhesiveForm, MaugisForm
 from reference.errors import ConvergenceError
 from reference.halfspace import FreeOperator
 from reference.halfspace.cohesive import (
@@ -38,8 +38,9 @@ from reference.halfspace.detachment import peel
 # The first set of cells is wider than the largest contact by this share.
 _MARGIN = 1.1
 _TOLERANCE = 1e-7
-# Half the width of the ramp in place of Maugis' step, as a share of the range.
-_RAMP = 0.3
+# Half the width of the ramp in place of Maugis' step, as a share of the range, and 1.5 times what
+# it adds to the pull-off force at most, whatever the range (docs/adhesion.md).
+_RAMP, _RAMP_DOUBT = 0.3, 0.0015
 # Where the axis lies between cells.
 _OFF = (0.13, -0.21)
 _STEPS, _EXTENSIONS = 40, 12
@@ -107,7 +108,7 @@ def adhesive_form_of(indenter: Indenter, modulus: float, work: float) -> Adhesiv
 
 
 class ClosedFormAdhesion(Solver[IndenterGeometry]):
-    """Johnson, Kendall & Roberts for bodies of revolution; Kendall's punch."""
+    """Johnson, Kendall & Roberts for bodies of revolution; Kendall's punch; Maugis' paraboloid."""
 
     name = "closed_form"
     physics = PHYSICS
@@ -115,12 +116,15 @@ class ClosedFormAdhesion(Solver[IndenterGeometry]):
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         indenter, adhesion = _adhesive(scene)
-        if not adhesion.short_range:
-            raise Refused("the closed forms are for short range only")
-        self.form = needed(
-            adhesive_form_of(indenter, scene.effective_modulus, adhesion.work),
-            f"no adhesive closed form is known for a {indenter.in_words}",
-        )
+        modulus, work = scene.effective_modulus, adhesion.work
+        self.form: AdhesiveEquilibria
+        if adhesion.short_range:
+            unknown = f"no adhesive closed form is known for a {indenter.in_words}"
+            self.form = needed(adhesive_form_of(indenter, modulus, work), unknown)
+        elif isinstance(indenter, Paraboloid):
+            self.form = MaugisForm(indenter.radius, modulus, work, work / adhesion.range)
+        else:
+            raise Refused("attraction with a range has a closed form for paraboloids only")
         self.note = self.form.source
 
     def model(self, geometry: IndenterGeometry) -> str:
@@ -275,7 +279,9 @@ class GridAdhesion(HalfSpaceGrid):
         unknowns = int(np.isfinite(gap).sum())
         violation = float(np.max(residuals))
         curves = _curves(states, pull)
-        return _held(task, curves, strongest, unknowns=unknowns, violation=violation)
+        solution = _held(task, curves, strongest, unknowns=unknowns, violation=violation)
+        solution.truncation = _RAMP_DOUBT
+        return solution
 
     def _grid(self, task: Task, level: float) -> tuple[FreeOperator, np.ndarray]:
         """Operator and gap on square cells wherever the undeformed gap is at most `level`."""

@@ -11,6 +11,7 @@ sqrt(pi w/(2 E*)) under force control, and to a third of that under penetration 
 """
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -36,7 +37,88 @@ class AdhesivePath:
     pull_off: float  # the force at which it lets go under a falling one
 
 
-class AdhesiveForm:
+_TO_ROUNDING = {"xtol": 1e-300, "rtol": 8.9e-16}
+
+
+class AdhesiveEquilibria(ABC):
+    """Equilibria of an adhesive contact along their path, by contact radius where it touches.
+
+    They are stable under penetration or force control where that load increases with the place.
+    """
+
+    effective_modulus: float
+    source: str
+    # a punch with a sharp edge has one radius, and carries more than its equilibrium load
+    _fixed = False
+    _touch = 0.0  # penetration at which attraction begins
+    _close = 1e-300  # error of a place, beside rounding
+
+    @abstractmethod
+    def penetration(self, place: ArrayLike) -> Array:
+        """Return d."""
+
+    @abstractmethod
+    def force(self, place: ArrayLike) -> Array:
+        """Return F."""
+
+    @abstractmethod
+    def pull_off(self, control: str = "force") -> float:
+        """Return the place at which the contact is lost under decreasing load."""
+
+    @abstractmethod
+    def _further(self, place: float) -> float:
+        """Return a place in more compression."""
+
+    def follow(self, control: str, loads: ArrayLike) -> AdhesivePath:
+        """Return the contact along a path of penetrations or forces of either sign.
+
+        Contact begins at first touch, or F = 0, and ends when the load decreases below the fold of
+        `pull_off`; in between, it is the stable equilibrium.
+        """
+        strongest, lost = self.pull_off("force"), self.pull_off(control)
+        depth_given = control == "penetration"
+        law, touch = (self.penetration, self._touch) if depth_given else (self.force, 0.0)
+        lowest, weakest = float(law(lost)), float(self.force(strongest))
+
+        def stable(load: float) -> float:
+            # the place beyond the fold at which the law is the load
+            high = lost
+            while not self._fixed and float(law(high)) < load:
+                high = self._further(high)
+            if high == lost:
+                return lost
+            close = _TO_ROUNDING | {"xtol": self._close}
+            return float(brentq(lambda place: float(law(place)) - load, lost, high, **close))
+
+        def state(load: float, place: float) -> tuple[float, float, float]:
+            # a, d and F
+            if place == -np.inf:
+                return (0.0, load, 0.0) if depth_given else (0.0, np.nan, np.nan)
+            radius = max(place, 0.0)
+            stiffness = 2 * self.effective_modulus * radius
+            if depth_given:
+                force = stiffness * load if self._fixed else float(self.force(place))
+                return radius, load, force
+            depth = load / stiffness if self._fixed else float(self.penetration(place))
+            return radius, depth, load
+
+        states: list[tuple[float, float, float]] = []
+        place, pull = -np.inf, 0.0
+        for load in np.asarray(loads, dtype=float):
+            widest = place
+            if place == -np.inf and load >= touch:
+                widest = stable(touch)
+                pull = max(pull, -state(touch, widest)[2])
+            place = stable(load) if widest > -np.inf and load >= lowest else -np.inf
+            if widest >= strongest > place:
+                pull = max(pull, -weakest)
+            states.append(state(load, place))
+            pull = max(pull, -states[-1][2])
+        radii, depths, forces = np.array(states).T
+        return AdhesivePath(radii, depths, forces, pull, weakest)
+
+
+class AdhesiveForm(AdhesiveEquilibria):
     """Equilibria of an adhesive contact with a half-space, by contact radius.
 
     `form` is the contact without adhesion, round; `source` that of the adhesive solution.
@@ -60,7 +142,6 @@ class AdhesiveForm:
         self.name, self.source = form.name, form.by_radius.source
         self.effective_modulus, self.work = form.effective_modulus, float(work)
         self._laws: ByRadius = form.by_radius
-        # a punch with a sharp edge has one radius, and carries more than its equilibrium load
         self._fixed = self._laws.smallest == self._laws.largest
 
     def penetration(self, radius: ArrayLike) -> Array:
@@ -82,56 +163,9 @@ class AdhesiveForm:
         level *= 3 if control == "force" else 1
         return self._root(lambda a: float(np.sqrt(a) * self._laws.rate(np.asarray(a))) - level)
 
-    def snap_in(self, control: str = "penetration") -> float:
-        """Return the contact radius to which the contact jumps at first touch, d = 0 or F = 0."""
-        law = self.force if control == "force" else self.penetration
-        return self._root(lambda a: float(law(a)))
-
-    def follow(self, control: str, loads: ArrayLike) -> AdhesivePath:
-        """Return the contact along a path of penetrations or forces of either sign.
-
-        Contact begins at first touch, d = 0 or F = 0, and ends when the load decreases below the
-        fold of `pull_off`; in between, it is the stable equilibrium.
-        """
-        strongest, lost = self.pull_off("force"), self.pull_off(control)
-        law = self.force if control == "force" else self.penetration
-        lowest, weakest = float(law(lost)), float(self.force(strongest))
-
-        def stable(load: float) -> float:
-            # the radius beyond the fold at which the law is the load
-            high = lost
-            while not self._fixed and float(law(high)) < load:
-                high = min(2 * high, 0.5 * (high + self._laws.largest))
-            if high == lost:
-                return lost
-            return float(brentq(lambda a: float(law(a)) - load, lost, high, **_TO_ROUNDING))
-
-        def state(load: float, radius: float) -> tuple[float, float, float]:
-            # a, d and F
-            depth_given = control == "penetration"
-            if radius == 0:
-                return (0.0, load, 0.0) if depth_given else (0.0, np.nan, np.nan)
-            stiffness = 2 * self.effective_modulus * radius
-            if depth_given:
-                force = stiffness * load if self._fixed else float(self.force(radius))
-                return radius, load, force
-            depth = load / stiffness if self._fixed else float(self.penetration(radius))
-            return radius, depth, load
-
-        states: list[tuple[float, float, float]] = []
-        radius, pull = 0.0, 0.0
-        for load in np.asarray(loads, dtype=float):
-            widest = radius
-            if radius == 0 and load >= 0:
-                widest = self.snap_in(control)
-                pull = max(pull, -state(0.0, widest)[2])
-            radius = stable(load) if widest > 0 and load >= lowest else 0.0
-            if widest >= strongest > radius:
-                pull = max(pull, -weakest)
-            states.append(state(load, radius))
-            pull = max(pull, -states[-1][2])
-        radii, depths, forces = np.array(states).T
-        return AdhesivePath(radii, depths, forces, pull, weakest)
+    def _further(self, place: float) -> float:
+        # from below towards a largest radius that is excluded
+        return min(2 * place, 0.5 * (place + self._laws.largest))
 
     def _root(self, function: Callable[[float], float]) -> float:
         """Return the radius where a function changes from negative to positive."""
@@ -143,8 +177,7 @@ class AdhesiveForm:
         while function(low) > 0 and low > smallest:
             low = max(low / 2, smallest)
         while function(high) < 0:
-            # from below towards a largest radius that is excluded
-            high = min(2 * high, 0.5 * (high + largest))
+            high = self._further(high)
         return float(brentq(function, low, high, **_TO_ROUNDING))
 
     def _checked(self, radius: ArrayLike) -> Array:
@@ -152,9 +185,6 @@ class AdhesiveForm:
         if not ((a > 0) & (a <= largest)).all():
             raise ValueError(f"contact radius must be in (0, {largest}], not {radius!r}")
         return a
-
-
-_TO_ROUNDING = {"xtol": 1e-300, "rtol": 8.9e-16}
 
 
 def maugis_parameter(
@@ -174,8 +204,8 @@ def strength_of(radius: float, effective_modulus: float, work: float, parameter:
     return parameter / maugis_parameter(radius, effective_modulus, work, 1.0)
 
 
-class MaugisForm:
-    """Equilibria of a paraboloid by contact radius a >= 0 (a = 0: attraction across the gap only).
+class MaugisForm(AdhesiveEquilibria):
+    """Equilibria of a paraboloid by contact radius a, with a constant tension.
 
     D. Maugis, J. Colloid Interface Sci. 150 (1992) 243: the constant tension sigma0 (`strength`)
     acts where the gap is below w/sigma0, w the `work` of adhesion; K = 4 E*/3. The only parameter
@@ -186,7 +216,14 @@ class MaugisForm:
 
         (lambda a^2/2) [s + (m^2 - 2) q] + (4 lambda^2 a/3) [s q - m + 1] = 1,
         F = a^3 - lambda a^2 [s + m^2 q],   d = a^2 - (4/3) lambda a s.
+
+    A place c - c0 below zero is attraction across the gap, with c0 the edge at a = 0: a uniform
+    tension on a disc of radius c, whose edge it draws up by (8/(3 pi)) lambda c, so that
+
+        F = -(pi/2) lambda c^2,   d = c^2/2 - (8/(3 pi)) lambda c - 2/(pi lambda).
     """
+
+    source = "Maugis 1992"
 
     def __init__(
         self, radius: float, effective_modulus: float, work: float, strength: float
@@ -198,51 +235,61 @@ class MaugisForm:
             work=work,
             strength=strength,
         )
-        self.parameter = maugis_parameter(R, E, w, sigma)
+        self.effective_modulus, self.parameter = E, maugis_parameter(R, E, w, sigma)
         length = float(np.cbrt(math.pi * w / (4 / 3 * E) * R * R))
         # of contact radius, force and penetration
         self.units = length, math.pi * w * R, length / R * length
+        self._touch, self._close = -w / sigma, 1e-15 * length
+        self._bridge = self._edge(0.0)
 
-    def force(self, contact_radius: ArrayLike) -> Array:
+    def force(self, place: ArrayLike) -> Array:
         """Return F(a)."""
-        a, c, s = self._scaled(contact_radius)
+        a, c, s = self._scaled(place)
         return self.units[1] * (a**3 - self.parameter * (a * s + c * c * np.arctan2(s, a)))
 
-    def penetration(self, contact_radius: ArrayLike) -> Array:
+    def penetration(self, place: ArrayLike) -> Array:
         """Return d(a)."""
-        a, _, s = self._scaled(contact_radius)
-        return self.units[2] * (a**2 - 4 / 3 * self.parameter * s)
+        a, c, s = self._scaled(place)
+        across = c * c / 2 - 8 / (3 * np.pi) * self.parameter * c - 2 / (np.pi * self.parameter)
+        held = a**2 - 4 / 3 * self.parameter * s
+        return self.units[2] * np.where(np.asarray(place) < 0, across, held)
 
     def pull_off(self, control: str = "force") -> float:
-        """Return the contact radius at minimum force or penetration, 0 if there is no fold."""
-        law = {"force": self.force, "penetration": self.penetration}[control]
-        length = self.units[0]
+        """Return the place at minimum force or penetration, below zero without contact."""
+        law, length = {"force": self.force, "penetration": self.penetration}[control], self.units[0]
+        across = 8 / (3 * math.pi) * self.parameter - self._bridge
+        if control == "penetration" and across < 0:
+            return across * length
         radii = length * np.linspace(0.0, 2.5, 251)
         lowest = int(np.argmin(law(radii)))
-        if lowest == 0:
-            return 0.0
-        around = radii[lowest - 1], radii[lowest + 1]
+        around = radii[max(lowest - 1, 0)], radii[lowest + 1]
         options = {"xatol": 1e-9 * length}
         return float(minimize_scalar(law, bounds=around, method="bounded", options=options).x)
 
-    def _scaled(self, contact_radius: ArrayLike) -> tuple[Array, Array, Array]:
+    def _further(self, place: float) -> float:
+        return 2 * max(place, 0.0) + self.units[0]
+
+    def _edge(self, a: float) -> float:
+        """Return c, in Maugis' units, whose condition increases with c from -1 at c = a."""
+        strength = self.parameter
+
+        def excess(c: float) -> float:
+            s = math.sqrt((c - a) * (c + a))
+            q = math.atan2(s, a)
+            near = 0.5 * strength * (a * s + (c * c - 2 * a * a) * q)
+            return near + 4 / 3 * strength**2 * (s * q - c + a) - 1
+
+        high = max(2 * a, 1.0)
+        while excess(high) < 0:
+            high *= 2
+        return float(brentq(excess, a, high, **_TO_ROUNDING))
+
+    def _scaled(self, place: ArrayLike) -> tuple[Array, Array, Array]:
         """Return a, c and sqrt(c^2 - a^2) in Maugis' units."""
-        scaled, strength = np.asarray(contact_radius, dtype=float) / self.units[0], self.parameter
-        if not (scaled >= 0).all():
-            raise ValueError(f"contact radius must not be negative, not {contact_radius!r}")
-
-        def edge(a: float) -> float:
-            # Maugis' condition increases with c = m a, from 0 at c = a
-            def excess(c: float) -> float:
-                s = math.sqrt((c - a) * (c + a))
-                q = math.atan2(s, a)
-                near = 0.5 * strength * (a * s + (c * c - 2 * a * a) * q)
-                return near + 4 / 3 * strength**2 * (s * q - c + a) - 1
-
-            high = max(2 * a, 1.0)
-            while excess(high) < 0:
-                high *= 2
-            return float(brentq(excess, a, high, **_TO_ROUNDING))
-
-        c = np.vectorize(edge, otypes=[float])(scaled)
-        return scaled, c, np.sqrt(np.maximum(c - scaled, 0.0) * (c + scaled))
+        scaled = np.asarray(place, dtype=float) / self.units[0]
+        if not (scaled >= -self._bridge).all():
+            raise ValueError(f"no equilibrium of the contact has the place {place!r}")
+        a = np.maximum(scaled, 0.0)
+        edges = np.vectorize(self._edge, otypes=[float])(a)
+        c = np.where(scaled < 0, self._bridge + scaled, edges)
+        return a, c, np.sqrt(np.maximum(c - a, 0.0) * (c + a))

@@ -361,22 +361,15 @@ class CohesivePath:
         It is the lowest fold on unloading; under penetration control, long-range attraction has
         none.
         """
-        return self._fold(control, 1)
-
-    def snap_in(self) -> tuple[float, float] | None:
-        """Return penetration and force of the jump into contact on approach; None without a jump.
-
-        It is the last maximum of the penetration on the path, the first on approach.
-        """
-        return self._fold("penetration", -1)
-
-    def _fold(self, control: str, sign: int) -> tuple[float, float] | None:
-        at = _fold(self._load(control), sign)
+        at = _fold(self._load(control), 1)
         return None if at is None else (float(self.penetration[at]), float(self.force[at]))
 
 
 def _fold(load: Array, sign: int) -> int | None:
-    """Return the lowest minimum of a load along a path (sign 1), or its last maximum (-1)."""
+    """Return the lowest minimum of a load along a path (sign 1), or its last maximum (-1).
+
+    The last maximum of the penetration is the jump into contact on approach.
+    """
     load = sign * load
     folds = np.flatnonzero((load[1:-1] <= load[:-2]) & (load[1:-1] < load[2:])) + 1
     if not folds.size:

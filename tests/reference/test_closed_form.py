@@ -318,8 +318,10 @@ def test_pull_off_of_a_paraboloid():
 def test_zero_load_of_a_paraboloid():
     """a^3 = 9 pi w R^2/(2 E*) at F = 0, four times that of pull-off (Johnson 1985, sec. 5.5)."""
     form = FORMS["paraboloid"][0]
-    assert form.snap_in("force") ** 3 == pytest.approx(4.5 * np.pi * W * 4.0 / E, rel=1e-13)
-    assert float(form.penetration(form.snap_in())) == pytest.approx(0, abs=1e-14)
+    (radius,) = form.follow("force", [0.0]).contact_radius
+    assert radius**3 == pytest.approx(4.5 * np.pi * W * 4.0 / E, rel=1e-13)
+    (radius,) = form.follow("penetration", [0.0]).contact_radius
+    assert float(form.penetration(radius)) == pytest.approx(0, abs=1e-14)
 
 
 @pytest.mark.parametrize("name", list(FORMS))
@@ -377,6 +379,35 @@ def test_maugis_of_long_range_is_derjaguin_muller_toporov():
     a = 3 * form.units[0]
     hertz = 4 / 3 * E * a**3 / 2.0
     assert float(form.force(a)) == pytest.approx(hertz - 2 * np.pi * W * 2.0, rel=2e-3)
+
+
+@pytest.mark.parametrize("control", ["force", "penetration"])
+def test_maugis_path_of_short_range_is_johnson_kendall_roberts(control):
+    """Jumps included, at lambda = 2000: a range of 1e-4 of the depths, which first touch feels."""
+    jkr = AdhesiveForm(closed_form.paraboloid(2.0, E), W)
+    form = MaugisForm(2.0, E, W, strength_of(2.0, E, W, 2000.0))
+    unit = form.units[{"force": 1, "penetration": 2}[control]]
+    loads = unit * np.array([-0.5, 0.0, 2.0, 0.0, -0.7, -3.0, 1.0])
+    one, other = form.follow(control, loads), jkr.follow(control, loads)
+    np.testing.assert_array_equal(one.contact_radius > 0, other.contact_radius > 0)
+    for name in ("contact_radius", "penetration", "force", "largest_pull"):
+        expected = getattr(other, name)
+        scale = np.nanmax(np.abs(expected))
+        np.testing.assert_allclose(getattr(one, name), expected, rtol=0, atol=3e-3 * scale)
+
+
+def test_maugis_ball_is_drawn_over_the_gap_before_it_touches():
+    """At long range almost as a rigid one: -2 pi R sigma0 (d + h0), h0 = w/sigma0, from d = -h0."""
+    form = MaugisForm(2.0, E, W, strength_of(2.0, E, W, 1e-3))
+    reach = W / strength_of(2.0, E, W, 1e-3)
+    path = form.follow("penetration", reach * np.array([-1.01, -0.9, -0.5, -0.1, -1.01]))
+    np.testing.assert_array_equal(path.contact_radius, 0)
+    expected = -2 * np.pi * 2.0 * W * np.array([0, 0.1, 0.5, 0.9, 0])
+    np.testing.assert_allclose(path.force, expected, rtol=2e-3)
+    assert path.largest_pull == pytest.approx(-path.force[3], rel=1e-12)
+    # through the depth of the strongest pull, just after touch
+    passed = form.follow("penetration", [0.01 * reach, -reach]).largest_pull
+    assert passed == pytest.approx(-path.pull_off, rel=1e-12)
 
 
 @pytest.mark.parametrize("distance", [6.0, 20.0, 60.0])

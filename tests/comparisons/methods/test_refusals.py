@@ -127,7 +127,7 @@ REFUSED = {
         ("bem_dense", {}, "does not model [plasticity]"),
     ],
     "adhesive-ball": [
-        ("closed_form", {"adhesion.range": "1 um"}, "short range"),
+        ("closed_form", CONE | {"adhesion.range": "1 um"}, "paraboloids only"),
         ("lammps_jkr", {"adhesion.range": "1 um"}, "short range only"),
         ("bem_dense", {}, "does not model [adhesion]"),
         ("closed_form", SQUARE, "square punch"),
