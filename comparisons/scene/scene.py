@@ -353,8 +353,15 @@ def builtin_names() -> tuple[str, ...]:
 
 
 def beginning(kind: str) -> str:
-    """Return the text of a scene with comments to begin with: "ball", "map" or "punch"."""
-    return (Path(__file__).parent / "beginnings" / f"{kind}.toml").read_text(encoding="utf-8")
+    """Return the text of a scene with comments to begin with, or that of a built-in scene."""
+    begun = sorted((Path(__file__).parent / "beginnings").glob("*.toml"))
+    files = {path.stem: path for path in (*begun, *builtin_folder().glob("*.toml"))}
+    if kind not in files:
+        expected = (
+            f"expected {', '.join(path.stem for path in begun)} or the name of a built-in scene"
+        )
+        raise InputError(f"new: {expected}, got {kind!r}{near(kind, files)}")
+    return files[kind].read_text(encoding="utf-8")
 
 
 def load_scene(

@@ -10,7 +10,7 @@ import numpy as np
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import quantity
 from comparisons.geometry.plausibility import STEEPEST
-from comparisons.judging.verdicts import NOT_RESOLVED, OUTSIDE, WITHIN, judged
+from comparisons.judging.verdicts import NOT_RESOLVED, OUTSIDE, WITHIN
 from comparisons.questions.claims.nearest import Measured, Nearest, nearest_to
 from comparisons.questions.claims.record import (
     ClaimRecord,
@@ -173,11 +173,11 @@ def validity_map(scenes: Sequence[SceneRecord]) -> Figure | None:
     for word, style in {**LOOKS, STEEP.label: STEEP}.items():
         points: list[tuple[float, float, str]] = []
         for row, measured in enumerate(claims):
-            for place, error, bar in measured.points:
-                found = judged(error, bar, measured.tolerance).word
+            for point in measured.row:
+                place, found = point.place, point.word(measured.tolerance)
                 own = (found if place <= measured.until else STEEP.label) == word
                 text = f"claim {measured.claim}: {measured.parameter} = {place:.3g}"
-                text += f"\n{fmt.plus_minus(error, bar)}"
+                text += f"\n{fmt.plus_minus(point.error, point.uncertainty)}"
                 points.append((_place(measured, place) if own else np.nan, float(row), text))
             points.append((np.nan, float(row), ""))
         x, y, hover = zip(*points, strict=True)
@@ -193,7 +193,7 @@ def validity_map(scenes: Sequence[SceneRecord]) -> Figure | None:
         for name, answer in items:
             # The scene's own value, or the measured one that decides where its loads spread.
             low, high = answer.here
-            place = low if low == high else min(max(answer.there, low), high)
+            place = low if low == high else min(max(answer.point.place, low), high)
             marks.append((_place(answer.measured, place), float(row), f"{name}\n{answer.place}"))
     x, y, hover = zip(*marks, strict=True)
     series.append(
@@ -225,5 +225,4 @@ def _row(answer: Nearest) -> str:
 
 
 def _place(measured: Measured, value: float) -> float:
-    low, high = (measured.along(end) for end in measured.ends)
-    return float(np.clip((measured.along(value) - low) / (high - low), -0.02, 1.02))
+    return float(np.clip(measured.share(value), -0.02, 1.02))

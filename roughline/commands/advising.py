@@ -7,7 +7,7 @@ import math
 from typing import Any
 
 from comparisons.errors import InputError
-from comparisons.facts.quantities import quantity
+from comparisons.facts.quantities import counterpart, quantity
 from comparisons.formatting import listed
 from comparisons.geometry.prepare import RoughGeometry
 from comparisons.questions.claims.nearest import Nearest, claims_on, in_words, nearest, plainly
@@ -21,12 +21,16 @@ from comparisons.tasks.solution import Solved
 from roughline.commands import say, terminal
 from roughline.commands.arguments import FINE
 
-NOTHING = "no claim has measured such a scene"
+ALIKE = "of such a scene; its numbers may be others"
+NOTHING = "no claim that can be matched to it has measured"
 ROUND = (
     "force, penetration, contact area and stiffness of a body of revolution whose profile rises "
     "outwards are exact by theorem"  # others are no scenes
 )
-CHOICE = "the documentation's page on methods tells what fits which contact"
+CHOICE = (
+    "`roughline claims --stored` writes the page of all, and the documentation's page on methods "
+    "tells what fits which contact"
+)
 
 
 def known_of(plan: Plan) -> list[Nearest]:
@@ -47,19 +51,24 @@ def print_known(plans: list[Plan], as_json: bool, again: str) -> int:
         name, tolerance = plan.scene.name, plan.scene.compare.tolerance
         for note in plan.doubts:
             terminal.print_text(f"{name}: {note}")
-        if known := answers[name]:
-            for answer in plainly(known, tolerance):
-                terminal.print_text(f"{name}: reduced model, {answer}")
-            # of what is prescribed nothing is asked
-            told = {plan.loads.control, *(answer.quantity for answer in known)}
-            left = [quantity(n).label for n in plan.scene.compare.quantities if n not in told]
-            if left:
-                terminal.print_text(f"{name}: no claim has measured {listed(left)} of such a scene")
-        else:
-            verdicts = [f"{claim} ({verdict})" for claim, verdict in claims_on(plan.scene).items()]
-            nothing = f"{NOTHING}; {f'{ROUND}; ' if _transformed(plan.scene) else ''}{CHOICE}"
-            found = f"claims on this built-in scene: {', '.join(verdicts)}" if verdicts else nothing
-            terminal.print_text(f"{name}: {found}")
+        known = answers[name]
+        for answer in plainly(known, tolerance):
+            terminal.print_text(f"{name}: reduced model, {answer}")
+        control, told = plan.loads.control, {answer.quantity for answer in known}
+        asked = [n for n in plan.scene.compare.quantities if n not in told]
+        for claim in claims_on(plan.scene):
+            if names := [n for n in claim.quantity if n in asked]:
+                equal = (
+                    f" at equal {quantity(counterpart(control)).label}" if control in names else ""
+                )
+                said = claim.sentence[0].lower() + claim.sentence[1:].rstrip(".")
+                text = f"{listed([quantity(n).label for n in names])}{equal}: {said}"
+                terminal.print_text(f"{name}: reduced model, {text} (claim {claim.id}, {ALIKE})")
+                told |= set(names)
+        # of what is prescribed nothing is asked
+        if left := [quantity(n).label for n in asked if n not in told | {control}]:
+            theorem = "" if known or not _transformed(plan.scene) else f"; {ROUND}"
+            terminal.print_text(f"{name}: {NOTHING} {listed(left)}{theorem}; {CHOICE}")
     say(f"To be sure: {again}")
     return FINE
 
@@ -111,6 +120,6 @@ def _document(plan: Plan, known: list[Nearest]) -> dict[str, Any]:
     return {
         "scene": plan.scene.name,
         "nearest": [answer.document for answer in known],
-        "claims_on_scene": claims_on(plan.scene),
+        "claims_on_scene": {claim.id: claim.verdict for claim in claims_on(plan.scene)},
         "notes": plan.doubts,
     }

@@ -53,13 +53,15 @@ def part_of(text: str) -> tuple[int, int]:
     raise InputError(f"--part: expected K/N with K from 1 to N, such as 2/5, got {text[:40]!r}")
 
 
-# What sets a key of the scene on the command line, by how the key begins.
-OPTIONS = {
-    **{f"compare.{key}": f"--{key}" for key in ("methods", "tolerance", "quantities")},
-    "loading": "--loads",
-    "methods": "--option",
-    "compare.proved": "--prove",
-}
+def flags_of(changes: tuple[str, ...]) -> dict[str, str]:
+    """Return what sets a key of the scene on the command line, by how the key begins."""
+    return {
+        **{f"compare.{key}": f"--{key}" for key in ("methods", "tolerance", "quantities")},
+        "compare.proved": "--prove",
+        "loading": "--loads",
+        "methods": "--option",
+        **{text.partition(".")[0]: "--set" for text in changes},
+    }
 
 
 def overrides_of(
@@ -68,6 +70,7 @@ def overrides_of(
     tolerance: str | None = None,
     quantities: str | None = None,
     loads: str | None = None,
+    changes: tuple[str, ...] = (),
 ) -> dict[str, Any]:
     """Turn options of the command line into keys of the scene, to be validated with it."""
     import tomllib
@@ -86,15 +89,17 @@ def overrides_of(
             raise InputError(f"--loads: expected CONTROL=VALUE,VALUE,..., got {loads!r}")
         listed = [value.strip() for value in values.split(",")]
         overrides["loading"] = {control.strip(): {"values": listed}}
-    for text in options:
+    settings = [(text, "--set", "KEY", "") for text in changes]
+    settings += [(text, "--option", "METHOD.KEY", "methods.") for text in options]
+    for text, flag, form, table in settings:
         key, equals, value = text.partition("=")
-        if not equals or key.count(".") != 1:
-            raise InputError(f"--option: expected METHOD.KEY=VALUE, got {text!r}")
+        if not equals or (table and key.count(".") != 1):
+            raise InputError(f"{flag}: expected {form}=VALUE, got {text!r}")
         try:
             parsed = tomllib.loads(f"value = {value}")["value"]
         except tomllib.TOMLDecodeError:
             parsed = value
-        overrides[f"methods.{key}"] = parsed
+        overrides[f"{table}{key}"] = parsed
     return overrides
 
 
@@ -103,6 +108,7 @@ FINE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 3
 DEFAULT_FOLDER = Path("roughline-results")
 
 MaybeWhole = Annotated[int | None, Parameter(converter=_count)]
+Changes = Annotated[tuple[str, ...], Parameter(name="--set")]
 Flag = Annotated[bool, Parameter(negative=())]
 Share = Annotated[str, Parameter(allow_leading_hyphen=True)]  # -5% is told to be wrong
 Full = Annotated[bool, Parameter(name="--full", negative="--quick")]

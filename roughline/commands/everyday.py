@@ -16,7 +16,7 @@ from roughline.commands.arguments import (
     FAILED,
     FINE,
     NO_METHOD_FILES,
-    OPTIONS,
+    Changes,
     Flag,
     Full,
     MaybeWhole,
@@ -24,6 +24,7 @@ from roughline.commands.arguments import (
     Share,
     Verbose,
     Workers,
+    flags_of,
     overrides_of,
     part_of,
 )
@@ -37,13 +38,14 @@ PAGE = "report.html"
 REPORT, OF_SCENE = 0.8, 0.5
 
 
-def new(kind: Literal["ball", "map", "punch"], file: Path | None = None) -> int:
+def new(kind: str, file: Path | None = None) -> int:
     """Write a scene file with comments, to be changed into yours.
 
     Parameters
     ----------
     kind
-        What touches: a ball, a measured map, or a flat punch.
+        What touches: "ball", "punch" (a flat one), "rough" (a self-affine surface) or "map" (a
+        measured one); or the name of a built-in scene.
     file
         The file to write; default: KIND.toml in this folder. An existing one stays.
     """
@@ -51,10 +53,11 @@ def new(kind: Literal["ball", "map", "punch"], file: Path | None = None) -> int:
     from comparisons.files import write_named_text
     from comparisons.scene.scene import beginning
 
+    text = beginning(kind)
     path = file or Path(f"{kind}.toml")
     if path.exists():
         raise InputError(f"{path}: exists; choose another name")
-    write_named_text(path, beginning(kind))
+    write_named_text(path, text)
     say(f"{path}: change it, then `roughline run {path}`")
     return FINE
 
@@ -66,6 +69,7 @@ def run(  # noqa: PLR0913 (the options on the command line)
     quantities: str | None = None,
     loads: str | None = None,
     option: tuple[str, ...] = (),
+    changes: Changes = (),
     full: Full = False,
     prove: Flag = False,
     sensitivity: Flag = False,
@@ -98,6 +102,8 @@ def run(  # noqa: PLR0913 (the options on the command line)
         CONTROL=VALUE,VALUE,... in place of the loads of each scene, such as "force=1 N,10 N,50 N".
     option
         METHOD.KEY=VALUE, an option of a method; may be repeated.
+    changes
+        KEY=VALUE in place of a key of each scene, such as surface.hurst=0.7; may be repeated.
     full
         Refine the reference to a fifth of the tolerance, on as many surfaces as that needs;
         --quick: no refinement, fewer surfaces.
@@ -141,10 +147,12 @@ def run(  # noqa: PLR0913 (the options on the command line)
     method_files.load()
     share_of_work = WHOLE if part is None else part_of(part)
     effort: Effort = "full" if full else "quick"
-    overrides = overrides_of(methods, option, tolerance, quantities, loads)
+    overrides = overrides_of(methods, option, tolerance, quantities, loads, changes)
     overrides |= {"compare.proved": "if_any"} if prove else {}
     sources = scenes or ("quick",)
-    plans = plan_all(sources, overrides, effort, OPTIONS, brought(), sensitivity=sensitivity)
+    plans = plan_all(
+        sources, overrides, effort, flags_of(changes), brought(), sensitivity=sensitivity
+    )
     if plan:
         terminal.print_plans(plans)
         return FINE
@@ -408,6 +416,7 @@ def advise(
     *,
     tolerance: Share | None = None,
     quantities: str | None = None,
+    changes: Changes = (),
     known: Flag = False,
     full: Full = False,
     json: Flag = False,
@@ -425,6 +434,8 @@ def advise(
         Acceptable relative error, such as 5% or 0.05; default: the scene's tolerance.
     quantities
         Comma-separated quantities that must meet it; default: those that the scene compares.
+    changes
+        KEY=VALUE in place of a key of the scene, such as surface.hurst=0.7; may be repeated.
     known
         Only say what was measured nearest to the scene; solve nothing.
     full
@@ -437,9 +448,9 @@ def advise(
     from roughline.commands import advising
 
     method_files.load()
-    overrides = overrides_of(tolerance=tolerance, quantities=quantities)
+    overrides = overrides_of(tolerance=tolerance, quantities=quantities, changes=changes)
     effort: Effort = "full" if full else "quick"
-    plans = plan_all([scene], overrides, effort, OPTIONS, brought())
+    plans = plan_all([scene], overrides, effort, flags_of(changes), brought())
     if not known:
         return advising.advise_all(plans, effort, json)
     again = shlex.join(["roughline", *(word for word in sys.argv[1:] if word != "--known")])

@@ -2,13 +2,15 @@
 
 A claim that was measured along a parameter (ratio of the radii, exponent, load of a rough surface,
 Poisson's ratio, ...) is a row of a validity map; a scene of the same kind is a point on it, or a
-stretch where its loads spread. The record of the full runs comes with the package.
+stretch where its loads spread. What a claim measured away from its row, along what its statement
+leaves open or drawn over it, are points like others. The record of the full runs comes with the
+package.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -20,53 +22,99 @@ from comparisons.facts.methods import MODEL
 from comparisons.facts.quantities import counterpart, quantity
 from comparisons.geometry.plausibility import STEEPEST
 from comparisons.judging.verdicts import NOT_RESOLVED, OUTSIDE, WITHIN, WORST_FIRST, judged
-from comparisons.questions.claims.record import HOLDS, STORED, load_claims_record
+from comparisons.questions.claims.families import HERE, builtin_claims
+from comparisons.questions.claims.record import (
+    HOLDS,
+    STORED,
+    ClaimRecord,
+    PointRecord,
+    load_claims_record,
+)
 from comparisons.results.record import SceneRecord
 from comparisons.scene.indenters.punches import EllipticPunch, RightAngledPunch
 from comparisons.scene.loading import AbsoluteLoads, loads_of
-from comparisons.scene.scene import Scene, builtin_names, load_scene
+from comparisons.scene.scene import Scene, load_scene
 from comparisons.scene.surface import SelfAffine
 from reference.closed_form import sphere
 from reference.closed_form.adhesive import maugis_parameter
 
 BEYOND = ", beyond all that was measured"
 SAME = 1e-3  # relative distance along a parameter that is none
+# One modulus is written in several ways.
+MODULI = {"youngs_modulus", "shear_modulus", "effective_modulus", "poisson_ratio"}
 Stretch = tuple[float, float]
-Point = tuple[float, float, float]  # value of the parameter, e, u
+Values = Mapping[str, Any]  # numbers and choices, by their symbols
+
+
+@dataclass(frozen=True)
+class Point:
+    """A measurement of a claim: where it stands along its parameter, and what it had else."""
+
+    place: float
+    error: float
+    uncertainty: float
+    values: Values
+
+    @property
+    def worst(self) -> float:
+        """The largest error that the measurement leaves possible, |e| + u."""
+        return abs(self.error) + self.uncertainty
+
+    def word(self, tolerance: float) -> str:
+        """Return the verdict at a tolerance."""
+        return judged(self.error, self.uncertainty, tolerance).word
+
+    def apart(self, own: Values) -> dict[str, float]:
+        """Return the relative differences of its numbers from those of a scene, where they are."""
+        numbers = [(n, made, own[n]) for n, made in self.values.items() if type(made) is not str]
+        return {
+            name: (made - here) / (abs(made) + abs(here))
+            for name, made, here in numbers
+            if not np.isclose(here, made, rtol=SAME)
+        }
 
 
 @dataclass(frozen=True)
 class Measured:
-    """What a full run measured of a claim: e and u at each value of its parameter.
+    """What a full run measured of a claim: first along its parameter, as stated, then elsewhere.
 
-    `fixed` is what stood still meanwhile and a scene may have otherwise: its value, by its symbol.
     A claim that holds and is `proved` holds beyond what was measured, too. Beyond `until` slopes
     are too large for every method, so that their agreement says nothing.
     """
 
     claim: str
+    quantities: tuple[str, ...]
     parameter: str
     spacing: str
     tolerance: float
     points: tuple[Point, ...]
-    fixed: Mapping[str, float] = field(default_factory=dict)
     proved: bool = False
     until: float = np.inf
 
     @property
+    def row(self) -> list[Point]:
+        """What was measured along the parameter, as stated."""
+        return [point for point in self.points if point.values == self.points[0].values]
+
+    @property
     def ends(self) -> Stretch:
         """The range of the parameter that was measured."""
-        values = [value for value, _, _ in self.points]
-        return min(values), max(values)
+        places = [point.place for point in self.row]
+        return min(places), max(places)
 
-    def along(self, value: float) -> float:
-        """Return where a value stands along the parameter, in its spacing."""
-        return float(np.log(value)) if self.spacing == "log" else value
+    def share(self, value: float) -> float:
+        """Return where a value stands along the row in its spacing, 0 and 1 at the ends."""
+        scale = np.log if self.spacing == "log" else float
+        low, high, here = map(scale, (*self.ends, value))
+        return float((here - low) / (high - low))
 
-    def exceeded_by(self, stretch: Stretch) -> bool:
-        """Whether a stretch of the parameter reaches beyond what was measured."""
-        low, high = self.ends
-        return stretch[0] < low * (1 - SAME) or stretch[1] > high * (1 + SAME)
+    def like(self, own: Values) -> list[Point]:
+        """Return the points with the choices of a scene."""
+        return [
+            point
+            for point in self.points
+            if all(own[name] == made for name, made in point.values.items() if type(made) is str)
+        ]
 
 
 @dataclass(frozen=True)
@@ -78,23 +126,21 @@ class Nearest:
     measured: Measured
     # Where the scene stands along the parameter: the ends of its loads, or twice a value.
     here: Stretch
-    there: float  # where it was measured
-    error: float
-    uncertainty: float
-    # "within", "outside" or "not resolved" at the tolerance of the scene: the last, too, where
-    # something that stood still is another here.
-    word: str
+    point: Point
+    word: str  # "within", "outside" or "not resolved" at the tolerance of the scene
     word_of_claim: str  # the same at the tolerance of the claim
-    own: Mapping[str, float]  # the scene's values of what stood still while the claim was measured
+    own: Values  # what the scene has of the values of points
 
     @property
     def differing(self) -> list[str]:
-        """The symbols of what stood still while the claim was measured, and is another here."""
-        return [
-            name
-            for name, made in self.measured.fixed.items()
-            if not np.isclose(self.own[name], made, rtol=SAME)
-        ]
+        """The symbols of what the point had beside its parameter, and is another here."""
+        return list(self.point.apart(self.own))
+
+    @property
+    def distance(self) -> tuple[int, float]:
+        """How far the point is, to choose between claims."""
+        low, high, at = map(self.measured.share, (*self.here, self.point.place))
+        return len(self.differing) + self.beyond, max(low - at, at - high, SAME)
 
     @property
     def steep(self) -> bool:
@@ -102,38 +148,29 @@ class Nearest:
         return self.here[1] > self.measured.until
 
     @property
-    def worst(self) -> float:
-        """The largest error that the measurement leaves possible, |e| + u."""
-        return abs(self.error) + self.uncertainty
-
-    @property
     def beyond(self) -> bool:
         """Whether the scene lies outside of what was measured."""
-        return self.measured.exceeded_by(self.here)
-
-    @property
-    def far(self) -> str:
-        """That it does, in words; else ""."""
-        if not self.beyond:
-            return ""
-        return ", by theorem beyond what was measured" if self.measured.proved else BEYOND
+        low, high = map(self.measured.share, self.here)
+        return low < -SAME or high > 1 + SAME
 
     @property
     def place(self) -> str:
         """Where it was measured, and where the scene stands, in words."""
         low, high, there = (
-            fmt.without_padding(fmt.number(value)) for value in (*self.here, self.there)
+            fmt.without_padding(fmt.number(value)) for value in (*self.here, self.point.place)
         )
         here = low if low == high else f"{low} to {high}"
         beside = f", here {here}" if here != there else ""
+        if self.beyond:
+            beside += ", by theorem beyond what was measured" if self.measured.proved else BEYOND
         differing = self.differing
         fixed = "".join(
             f", {name} = {made:.4g}{f', here {self.own[name]:.4g}' if name in differing else ''}"
-            for name, made in self.measured.fixed.items()
+            for name, made in self.point.values.items()
             if name in (LOAD, *differing)  # a rough surface's error hangs on the load most
         )
         claim = self.measured.claim
-        return f"{self.measured.parameter} = {there}{beside}{self.far}{fixed}, claim {claim}"
+        return f"{self.measured.parameter} = {there}{beside}{fixed}, claim {claim}"
 
     @property
     def document(self) -> dict[str, Any]:
@@ -144,73 +181,83 @@ class Nearest:
             "claim": self.measured.claim,
             "parameter": self.measured.parameter,
             "here": list(self.here),
-            "measured_at": self.there,
-            "error": self.error,
-            "uncertainty": self.uncertainty,
+            "measured_at": self.point.place,
+            "error": self.point.error,
+            "uncertainty": self.point.uncertainty,
             "word": self.word,
             "beyond": self.beyond,
-            "fixed": dict(self.measured.fixed),
-            "own": {name: self.own[name] for name in self.measured.fixed},
+            "fixed": dict(self.point.values),
+            "own": {name: self.own[name] for name in self.point.values},
             "agrees": not self.differing,
-            "hurst_measured": self.measured.fixed.get("H"),
-            "hurst_here": self.own.get("H"),
         }
 
 
 def nearest(scene: Scene, loads: AbsoluteLoads, unit: float = np.nan) -> list[Nearest]:
     """Return, for each compared quantity that a claim has measured on such scenes, what it found.
 
-    Where several claims have measured a quantity, one decides whose measurement differs from the
-    scene in the fewest parameters, and of such the one that says worst. None was measured on layers
-    or by another rule than that of the transform. `unit` is E* A0 h', in N, of a rough scene;
-    without it nothing is known of one.
+    Where several claims have measured a quantity, the nearest point decides, which differs from the
+    scene in the fewest values, and of such the one that says worst. None was measured on layers or
+    by another rule than that of the transform. `unit` is E* A0 h', in N, of a rough scene; without
+    it nothing is known of one.
     """
     if not scene.half_space.uniform or scene.methods.reduced.rule != "mdr":
         return []
     answers: dict[str, Nearest] = {}
     here, own = places(scene, loads, unit), own_values(scene, loads, unit)
-    for claim in [claim for claim in QUANTITIES if claim in here and claim in measured()]:
-        for name in [name for name in QUANTITIES[claim] if name in scene.compare.quantities]:
-            record, stretch = measured()[claim], here[claim]
-            point, word = _decided(record, stretch, scene.compare.tolerance)
-            _, word_of_claim = _decided(record, stretch, record.tolerance)
+    for claim, stretch in [place for place in here.items() if measured(place[0]).like(own)]:
+        record = measured(claim)
+        for name in [name for name in record.quantities if name in scene.compare.quantities]:
+            point, word = _decided(record, stretch, own, scene.compare.tolerance)
+            _, word_of_claim = _decided(record, stretch, own, record.tolerance)
             at = counterpart(name) if name == loads.control else ""
-            answer = Nearest(name, at, record, stretch, *point, word, word_of_claim, own)
-            if answer.differing or answer.steep:
+            answer = Nearest(name, at, record, stretch, point, word, word_of_claim, own)
+            if answer.steep:
                 answer = replace(answer, word=NOT_RESOLVED)
-            answers[name] = max(
+            answers[name] = min(
                 (answers.get(name, answer), answer),
-                key=lambda other: (-len(other.differing) - other.beyond, other.worst),
+                key=lambda other: (*other.distance, -other.point.worst),
             )
     return [answers[name] for name in scene.compare.quantities if name in answers]
 
 
-def _decided(record: Measured, stretch: Stretch, tolerance: float) -> tuple[Point, str]:
+def _decided(
+    record: Measured, stretch: Stretch, own: Values, tolerance: float
+) -> tuple[Point, str]:
     """Return the point that decides over a stretch of the parameter, and the word there.
 
-    It is the worst of the points that the stretch covers; where it covers none, the nearest.
+    Of the points that differ from the scene in the fewest values it is the nearest, or the worst of
+    those that the stretch covers.
     """
-    low, high = (record.along(end) for end in stretch)
-    along = np.array([record.along(value) for value, _, _ in record.points])
-    slack = SAME * np.ptp(along)
-    placed = list(zip(record.points, along, strict=True))
-    middle = (low + high) / 2
-    covered = [point for point, at in placed if low - slack <= at <= high + slack]
-    nearest_one, _ = min(placed, key=lambda pair: abs(pair[1] - middle))
-    decisive = max(covered or [nearest_one], key=lambda point: abs(point[1]) + point[2])
-    _, error, bar = decisive
-    word = judged(error, bar, tolerance).word
+    alike = record.like(own)
+    fewest = min(len(point.apart(own)) for point in alike)
+    near = [point for point in alike if len(point.apart(own)) == fewest]
+    names = sorted({name for point in near for name in point.apart(own)})
+    at = np.array([record.share(point.place) for point in near])
+    apart = np.array([[point.apart(own).get(name, 0.0) for name in names] for point in near])
+    low, high = map(record.share, stretch)
+    off = np.max([low - at, at - high, np.full(at.shape, SAME)], axis=0)  # none within SAME
+    worst = [point.worst for point in near]
+    decisive = near[np.lexsort((np.negative(worst), off, np.abs(apart).sum(axis=1)))[0]]
     # Within is only what the next points on either side are, too: between an exact end, as a ratio
-    # of one, and a point that is not, nothing is exact. Beyond all that was measured nothing is
-    # known, but by a theorem.
-    first = along[along <= low + slack].max(initial=along.min())
-    last = along[along >= high - slack].min(initial=along.max())
-    if first > last:
-        first = last = along.min() if high < along.min() else along.max()
-    beside = (judged(e, u, tolerance).word for (_, e, u), at in placed if first <= at <= last)
-    unknown = record.exceeded_by(stretch) and not record.proved
-    if word == WITHIN and (unknown or any(near != WITHIN for near in beside)):
-        word = NOT_RESOLVED
+    # of one, and a point that is not, nothing is exact. A point is next if no other lies between it
+    # and the scene, in the parameter and in all values that differ.
+    beside, enclosed = (low + SAME < at) & (at < high - SAME), True
+    for end in (low, high):
+        steps = np.column_stack([np.where(np.abs(at - end) <= SAME, 0.0, at - end), apart])
+        enclosed &= bool(np.all((steps.min(axis=0) <= 0) & (steps.max(axis=0) >= 0)))
+        size, other = np.abs(steps), np.abs(steps)[:, None]
+        between = np.all((steps[:, None] * steps >= 0) & (other <= size), axis=2)
+        beside |= ~np.any(between & np.any(other < size, axis=2), axis=0)
+    word = decisive.word(tolerance)
+    words = {point.word(tolerance) for point, is_next in zip(near, beside, strict=True) if is_next}
+    # Beyond all that was measured nothing is known but by a theorem, or where nothing was within.
+    # How two values that differ act together is not known either.
+    if word == WITHIN and (words != {WITHIN} or fewest > 1 or not (enclosed or record.proved)):
+        return decisive, NOT_RESOLVED
+    if not enclosed:
+        words |= {point.word(tolerance) for point in alike}
+    if word == OUTSIDE and fewest and WITHIN in words:
+        return decisive, NOT_RESOLVED
     return decisive, word
 
 
@@ -232,8 +279,8 @@ def nearest_to(record: SceneRecord) -> list[Nearest]:
 def plainly(answers: list[Nearest], tolerance: float) -> list[str]:
     """Return whether the reduced model is within a tolerance, and the measurement that tells it.
 
-    Quantities with the same answer share one. Where what stood still in a claim is another here,
-    or slopes are too large, the measurement is no answer: that is said.
+    Quantities with the same answer share one. Where slopes are too large, or what a claim had is
+    another here and its points do not agree, the measurement is no answer: that is said.
     """
     asked, groups = fmt.tolerance(tolerance), dict[str, list[str]]()
     for answer in sorted(answers, key=lambda answer: WORST_FIRST.index(answer.word)):
@@ -244,12 +291,12 @@ def plainly(answers: list[Nearest], tolerance: float) -> list[str]:
             OUTSIDE: f"no{f', but within {limit}' if wider else ''}",
             NOT_RESOLVED: f"{f'within {limit}, ' if wider else ''}not known whether within {asked}",
         }[answer.word]
-        if answer.differing:
+        if answer.differing and answer.word == NOT_RESOLVED:
             said = "not measured here"
         if answer.steep:
             said = "not known, as slopes are too large for every method"
         near = "nearest: " if answer.differing else ""
-        error = fmt.plus_minus(answer.error, answer.uncertainty, signed=not row.norm)
+        error = fmt.plus_minus(answer.point.error, answer.point.uncertainty, signed=not row.norm)
         equal = f" at equal {quantity(answer.at).label}" if answer.at else ""
         text = f"{said} ({near}{error} at {answer.place})"
         groups.setdefault(text, []).append(f"{row.label}{equal}")
@@ -262,66 +309,110 @@ def in_words(answers: list[Nearest], tolerance: float) -> str:
     return known and f"Nearest measured, reduced model, {known}."
 
 
-def claims_on(scene: Scene) -> dict[str, str]:
-    """Return the verdicts on the reduced model of claims on a built-in scene, by claim.
+def claims_on(scene: Scene) -> list[ClaimRecord]:
+    """Return the claims on the reduced model of such a scene, whose numbers may be others.
 
-    A scene is that one if it differs at most in what is compared, and how well.
+    Of claims that differ in their tolerance alone it is the one nearest to that of the scene.
     """
-    name = scene.name
-    if name not in builtin_names():
-        return {}
-    built_in = load_scene(name)
-    aside = {"compare": built_in.compare, "directory": built_in.directory}
-    if scene.model_copy(update=aside) != built_in:
-        return {}
-    return {
-        claim.id: claim.verdict
-        for claim in load_claims_record(STORED).claims
-        # with another indenter it is another scene
-        if claim.method == MODEL
-        and f"on the scene {name}," in f"{claim.what},"
-        and ", indenter" not in claim.what
-    }
+    found = []
+    for name, keys in builtin_claims().items():
+        side = keys | keys.get("stated", {})
+        if "scene" in side and keys.get("method", MODEL) == MODEL and name in stored():
+            beside = HERE / side["scene"]
+            changes = keys.get("changes", {}) | side.get("changes", {})
+            claimed = load_scene(beside if beside.is_file() else side["scene"], changes)
+            if _kind(claimed) == _kind(scene):
+                found.append(stored()[name])
+    found.sort(key=lambda claim: -abs(np.log(claim.tolerance / scene.compare.tolerance)))
+    return list({(claim.what, claim.parameter): claim for claim in found}.values())
+
+
+def _kind(scene: Scene) -> Any:
+    """Return what a scene is but for its numbers, the unit of its moduli and how it is loaded."""
+
+    def kind(value: Any) -> Any:
+        if isinstance(value, dict):
+            return {key: kind(item) for key, item in value.items() if key not in MODULI}
+        if isinstance(value, (list, tuple)):
+            members = [kind(item) for item in value]
+            return 0 if members and not any(members) else members
+        return 0 if type(value) in (int, float) else value
+
+    document = scene.model_dump(exclude={"name", "title", "loading", "compare", "methods", "sweep"})
+    paths = scene.loading.model_dump(exclude_none=True).keys() & {"time", "tangential_force"}
+    if scene.indenter is not None and scene.indenter.shape == "sphere":
+        document["indenter"]["shape"] = "paraboloid"  # which stands for one
+    return kind(document), paths, kind(scene.methods.reduced.model_dump())
 
 
 @cache
-def measured() -> Mapping[str, Measured]:
-    """Return the measurements that come with the package, by claim.
+def stored() -> Mapping[str, ClaimRecord]:
+    """Return the claims that come with the package, by their names."""
+    return {claim.id: claim for claim in load_claims_record(STORED).claims}
+
+
+@cache
+def measured(name: str) -> Measured:
+    """Return what was measured of a claim that comes with the package.
 
     A creep is over that of full slip, the shortest wave over the side, not over their spacing.
     """
-    creep = 100 * full_slip_of_claims(), "creep over that of full slip"
-    units = dict.fromkeys(ROLLING.values(), creep)
-    units["rough-area-smooth"] = 2 * SURFACE[SHORT], "shortest wave over side lambda_s/L"
-    found = {}
-    for claim in [claim for claim in load_claims_record(STORED).claims if claim.id in QUANTITIES]:
-        unit, parameter = units.get(claim.id, (1.0, claim.parameter))
-        points = tuple(
-            (point.parameter / unit, point.error, point.uncertainty)
-            for point in claim.points
-            if point.parameter is not None
-            and point.error is not None
-            and point.uncertainty is not None
-        )
-        found[claim.id] = Measured(
-            claim.id,
-            parameter,
-            claim.spacing,
-            claim.tolerance,
-            points,
-            FIXED.get(claim.id, {}),
-            claim.verdict == HOLDS and bool(claim.theorem),
-            UNTIL.get(claim.id, np.inf),
-        )
-    return found
+    claim = stored()[name]
+    unit, parameter = 1.0, claim.parameter
+    if name in ROLLING.values():
+        scene = load_scene("rolling-ball")
+        normal = loads_of(scene).normal
+        assert normal is not None
+        unit, parameter = 100 * full_slip(scene, normal), "creep over that of full slip"
+    if name == "rough-area-smooth":
+        unit, parameter = 64.0, "shortest wave over side lambda_s/L"
+    made: list[tuple[PointRecord, float | None, Values]]
+    made = [(point, point.parameter, {}) for point in claim.points]
+    made += [
+        (point, nuisance.at, {nuisance.name: point.parameter})
+        for nuisance in claim.nuisances
+        for point in nuisance.points
+        if point.parameter != nuisance.stated
+    ]
+    if drawn := claim.map:
+        made += [(p, p.parameter, {drawn.up: row.number}) for row in drawn.rows for p in row.points]
+    made += [(point, point.parameter, point.setting) for point in claim.draws]
+    choices = {nuisance.name: nuisance.choices for nuisance in claim.nuisances}
+    points = []
+    for point, place, setting in made:
+        if place is None or point.error is None or point.uncertainty is None:
+            continue
+        values = dict(FIXED.get(name, {}))
+        for key, value in setting.items():
+            if not choices[key]:
+                values[key.split()[-1]] = float(value)  # its symbol
+            else:
+                values[key] = value if type(value) is str else choices[key][int(value)]
+        points.append(Point(place / unit, point.error, point.uncertainty, values))
+    return Measured(
+        name,
+        QUANTITIES.get(name, tuple(claim.quantity)),
+        parameter,
+        claim.spacing,
+        claim.tolerance,
+        tuple(points),
+        claim.verdict == HOLDS and bool(claim.theorem),
+        UNTIL.get(name, np.inf),
+    )
 
 
 # Of the surfaces of claims on roughness along the load (rough_area.toml), 64 x 64 points without a
 # plateau of long waves; the load of claims along another parameter.
-LONG, SHORT = "side/long_cutoff", "side/short_cutoff"
-SURFACE = {"H": 0.8, LONG: 1.0, SHORT: 32.0, "line_length": 1.0}
+LONG, SHORT, LENGTH = "L/lambda_l", "L/lambda_s", "L1/L"
+AROUND, PATCH, LINE, RINGS = "half-space", "free patch", "spectrum of the line", "ring sums"
+SURFACE = {"H": 0.8, LONG: 1.0, SHORT: 32.0, LENGTH: 1.0, AROUND: PATCH, LINE: RINGS}
 LOAD, AT_LOAD = "F/(E* A0 h')", 0.01
 ALONG = {
+    "rough-area": LOAD,
+    "rough-area-periodic": LOAD,
+    "rough-penetration": LOAD,
+    "rough-mean-gap": LOAD,
+    "rough-stiffness": LOAD,
     "rough-area-hurst": "H",
     "rough-stiffness-hurst": "H",
     "rough-area-plateau": LONG,
@@ -330,51 +421,32 @@ ALONG = {
 # Where slopes are too large for every method: d/a = `STEEPEST`, of a ball d = a artanh(a/R).
 UNTIL = {"transform-sphere": STEEPEST * float(np.tanh(STEEPEST))}
 # What stood still while a claim was measured, by its symbol.
-FIXED: dict[str, dict[str, float]] = {
-    "rough-area": SURFACE,
-    "rough-area-periodic": SURFACE,
-    "rough-penetration": SURFACE,
-    "rough-mean-gap": SURFACE,
-    "rough-stiffness": SURFACE,
-    "rolling-curve-springs": {"nu": 0.28, "R_x/R_y": 1.0},
-    "rolling-curve-matched": {"nu": 0.28, "R_x/R_y": 1.0},
+FIXED: dict[str, Values] = {
+    claim: {name: made for name, made in (SURFACE | {LOAD: AT_LOAD}).items() if name != along}
+    for claim, along in ALONG.items()
 }
-for claim, along in ALONG.items():
-    FIXED[claim] = {
-        name: made for name, made in (SURFACE | {LOAD: AT_LOAD}).items() if name != along
-    }
+FIXED["rough-area-periodic"] = {**FIXED["rough-area"], AROUND: "periodic"}
 # The claims along the creep in % of a ball, by the stiffness of the reduced model's springs.
 ROLLING = {"springs": "rolling-curve-springs", "matched": "rolling-curve-matched"}
+FIXED |= {claim: {"nu": 0.28, "R_x/R_y": 1.0} for claim in ROLLING.values()}
 # The claims along d/d_y of a ball that dents, by how springs read the criterion of yield.
 YIELDING = {"stress": "total", "elastic_root": "root", "zunker_kamrin": "zunker-kamrin"}
 DENTS = {"force-10": "force", "area-10": "contact_area", "residual-20": "residual_depth"}
 DENTED = {f"plastic-{way}-{d}": (n,) for way in YIELDING.values() for d, n in DENTS.items()}
 del DENTED["plastic-root-area-10"]  # no claim
 FIXED |= {claim: {"nu": 0.3} for claim in DENTED}
-# The quantities whose error a claim measures. Force and stiffness of a flat face err alike.
-QUANTITIES: dict[str, tuple[str, ...]] = {
-    "ellipsoid-force": ("force",),
-    "ellipsoid-area": ("contact_area",),
+# The quantities whose error an experiment measures, or a claim on one that errs alike.
+QUANTITIES = {
     "punch-ellipse": ("force", "stiffness"),
     "punch-rectangle": ("force", "stiffness"),
-    "transform-power-law": ("force", "contact_area", "stiffness"),
-    "transform-sphere": ("force", "contact_area", "stiffness"),
     "rough-area": ("contact_area",),
-    "rough-area-periodic": ("contact_area",),
     "rough-penetration": ("penetration",),
     "rough-mean-gap": ("mean_gap",),
-    "rough-area-hurst": ("contact_area",),
-    "rough-area-plateau": ("contact_area",),
-    "rough-area-smooth": ("contact_area",),
     "rough-stiffness": ("stiffness",),
     "rough-stiffness-hurst": ("stiffness",),
     "rolling-curve-springs": ("traction", "tangential_force"),
     "rolling-curve-matched": ("traction", "tangential_force"),
-    "partial-slip-rigid": ("tangential_displacement",),
     "adhesion-range": ("pull_off_force",),
-    "viscoelastic-loading": ("force", "contact_area"),
-    "viscoelastic-unloading": ("force", "contact_area"),
-    "viscoelastic-shape": ("force", "contact_area"),
     **DENTED,
 }
 
@@ -407,15 +479,14 @@ def places(scene: Scene, loads: AbsoluteLoads, unit: float) -> dict[str, Stretch
     surface = scene.surface
     rough = isinstance(surface, SelfAffine) and not scene.physics and loads.control == "force"
     if isinstance(surface, SelfAffine) and rough and np.isfinite(unit):
-        free = ("rough-area", "rough-penetration", "rough-mean-gap", "rough-stiffness")
         stretch = float(np.min(loads.values) / unit), float(np.max(loads.values) / unit)
-        found |= dict.fromkeys(("rough-area-periodic",) if surface.periodic else free, stretch)
-        if np.allclose(stretch, AT_LOAD, rtol=SAME) and not surface.periodic:
-            own = own_values(scene, loads, unit)
-            for claim, name in ALONG.items():
-                if not np.isclose(own[name], SURFACE[name], rtol=SAME):
-                    place = own[name] if name == "H" else 1 / own[name]
-                    found[claim] = place, place
+        own = own_values(scene, loads, unit)
+        for claim, name in ALONG.items():
+            if name == LOAD:
+                found[claim] = stretch
+            elif np.allclose(stretch, AT_LOAD, rtol=SAME):
+                place = own[name] if name == "H" else 1 / own[name]
+                found[claim] = place, place
     rubber, alone = scene.viscoelastic, set(scene.physics) == {"viscoelastic"}
     if rubber and alone and exponent is not None and loads.control == "penetration":
         times, steps, top = loads.times, np.sign(np.diff(loads.values)), np.argmax(loads.values)
@@ -439,14 +510,16 @@ def places(scene: Scene, loads: AbsoluteLoads, unit: float) -> dict[str, Stretch
             # dents were measured from 2 on; below 1 nothing yields
             dents = [dent for dent in DENTS if dent != "residual-20" or low >= 2]
             claims = [f"plastic-{YIELDING[plastic.model]}-{dent}" for dent in dents]
+            claims = [claim for claim in claims if claim in DENTED]
             if high > 1:
                 found |= dict.fromkeys(claims, (max(low, 1.0), high))
             else:
                 found["transform-power-law"] = exponent, exponent
     coupled = friction is not None and friction.coupling == "full"
     alone = set(scene.physics) == {"friction"} and not scene.rough
-    if coupled and alone and body is not None and body.axisymmetric:
-        found["partial-slip-rigid"] = scene.poisson_ratio, scene.poisson_ratio
+    if alone and body is not None and body.axisymmetric:
+        claim = "partial-slip-rigid" if coupled else "partial-slip-similar"
+        found[claim] = scene.poisson_ratio, scene.poisson_ratio
     long_range = adhesion is not None and not adhesion.short_range
     if adhesion is not None and long_range and body is not None and body.shape == "paraboloid":
         # lambda = (w/range) (9 R/(2 pi w E*^2))^(1/3) of a ball (Maugis 1992)
@@ -484,24 +557,17 @@ def full_slip(scene: Scene, normal: AbsoluteLoads) -> float:
     return float(2 * scene.friction.coefficient * stiffer * a / radius)
 
 
-@cache
-def full_slip_of_claims() -> float:
-    """Return the same of the scene of the claims on the creep curve."""
-    scene = load_scene("rolling-ball")
-    normal = loads_of(scene).normal
-    assert normal is not None
-    return full_slip(scene, normal)
-
-
-def own_values(scene: Scene, loads: AbsoluteLoads, unit: float) -> dict[str, float]:
-    """Return what a scene has of the values that stand still in `FIXED`, by their symbols."""
-    own = {"nu": scene.poisson_ratio}
+def own_values(scene: Scene, loads: AbsoluteLoads, unit: float) -> dict[str, Any]:
+    """Return what a scene has of the values of points, by their symbols."""
+    own: dict[str, Any] = {"nu": scene.poisson_ratio}
     if isinstance(surface := scene.surface, SelfAffine):
         side, spacing = min(surface.size), max(np.divide(surface.size, surface.points))
         own["H"] = (surface.power or 0) / 2 - 1 if surface.hurst is None else surface.hurst
         own[LONG] = side / (surface.long_cutoff or side)
         own[SHORT] = side / (surface.short_cutoff or 2 * spacing)
-        own["line_length"] = scene.methods.reduced.line_length
+        own[LENGTH] = scene.methods.reduced.line_length
+        own[AROUND] = "periodic" if surface.periodic else PATCH
+        own[LINE] = RINGS if scene.methods.reduced.spectrum == "rings" else "other"
         own[LOAD] = float(np.mean(loads.values) / unit)
     if radii := curvature_radii(scene):
         own["R_x/R_y"] = radii[0] / radii[1]

@@ -118,7 +118,7 @@ def copied(whole, tmp_path):
     return shutil.copytree(whole, tmp_path / "o")
 
 
-@pytest.mark.parametrize("kind", ["ball", "map", "punch"])
+@pytest.mark.parametrize("kind", ["ball", "map", "punch", "rough", "cone"])
 def test_a_new_scene_file_can_be_planned_and_is_never_overwritten(roughline, tmp_path, kind):
     np.savetxt(tmp_path / "heights.csv", np.random.default_rng(1).normal(size=(16, 16)))
     assert roughline("new", kind).code == 0
@@ -214,6 +214,9 @@ def test_a_wrong_scene_is_one_clear_message_and_nothing_is_written(
         (["run", "--option", "fem.contact=glue"], "methods.fem.contact: expected 'active_set'"),
         (["run", "--option", "fem.contact"], "--option: expected METHOD.KEY=VALUE"),
         (["run", "--option", "a.b.c=1"], "--option: expected METHOD.KEY=VALUE"),
+        (["run", "cone", "--set", "indenter.slope"], "--set: expected KEY=VALUE"),
+        (["run", "cone", "--set", "indenter.slop=1"], "indenter.slop: unknown key"),
+        (["new", "bal"], "new: expected ball, map, punch, rough or the name of a built-in scene"),
         (["run", "--frobnicate"], "frobnicate"),
         (["solve", "paraboloid"], "method"),
         (["solve", "paraboloid", "--method", "magic"], "--method: expected one of closed_form,"),
