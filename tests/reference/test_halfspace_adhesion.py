@@ -150,16 +150,21 @@ def test_a_constant_tension_is_maugis_solution(parameter):
         assert radius == pytest.approx(a, abs=0.25 * operator.spacing[0])
 
 
+@pytest.mark.parametrize(("parameter", "points", "side"), [(0.5, 64, 5.5), (1.0, 48, 4.5)])
 @pytest.mark.slow
-def test_pull_off_of_a_constant_tension_is_maugis_under_both_controls():
-    """Lambda = 1 on 48 cells: 0.3 % in both loads (measured -0.2 % and -0.1 %)."""
-    form, strength = laws(1.0)
-    operator, r = grid(48, 4.5, 0.75)
+def test_pull_off_of_a_constant_tension_is_maugis_under_both_controls(parameter, points, side):
+    """Within the 0.15 % that bars grant the ramp: measured 0.10 % at lambda = 0.5, else 0.05 %."""
+    form, strength = laws(parameter)
+    operator, r = grid(points, side, 0.75)
     problem = CohesiveProblem(operator, r**2 / 2, dugdale(UNIT["work"], strength))
-    path = trace(problem, 0.3, -1.5, steps=20)
-    assert path.pull_off()[1] == pytest.approx(float(form.force(form.pull_off())), rel=3e-3)
-    depth = float(form.penetration(form.pull_off("penetration")))
-    assert path.pull_off("penetration")[0] == pytest.approx(depth, rel=3e-3)
+    path = trace(problem, 0.3, -2.0, steps=20)
+    assert path.pull_off()[1] == pytest.approx(float(form.force(form.pull_off())), rel=1.5e-3)
+    fold, found = form.pull_off("penetration"), path.pull_off("penetration")
+    if parameter < 0.9:  # parts without a jump
+        assert fold < 0
+        assert found is None
+        return
+    assert found[0] == pytest.approx(float(form.penetration(fold)), rel=1.5e-3)
     # the body jumps in when the tension's end reaches it, at -w/sigma0 less the ramp of 20 %
     reach = UNIT["work"] / strength
     (far, _), (near, _) = path.follow("penetration", [-1.25 * reach, -reach])
