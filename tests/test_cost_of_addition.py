@@ -185,7 +185,7 @@ def test_a_table_of_physics_is_one_file_and_each_of_its_solvers_another(tree):
     toy = rows[rows["method"] == "toy"]
     assert np.isfinite(toy["force"]).all()
     assert set(toy["reference"]) == {"toy 1"}
-    assert "The truth is the finest solution of toy method" in report
+    assert "The reference is the finest solution of toy method" in report
     assert "A magnet under the body: strength = 2" in report
 
 

@@ -184,21 +184,25 @@ class Truth:
         return {source: (part * every).tolist() for source, part in parts.items()}
 
     def sentence(
-        self, quantities: tuple[str, ...], fields: Mapping[str, np.ndarray] = MappingProxyType({})
+        self,
+        quantities: tuple[str, ...],
+        fields: Mapping[str, np.ndarray] = MappingProxyType({}),
+        titles: Mapping[str, str] = MappingProxyType({}),
     ) -> str:
         """Return which solution is the truth, and how well each compared quantity is known.
 
-        `fields` has the bars of measures at the last load, as of the pressure.
+        `fields` has the bars of measures at the last load, as of the pressure; `titles` are those
+        of the methods in this scene.
         """
         if self.exact:
             read = [name for name in quantities if name in self.solution.bars]
             labels = ", ".join(f"{quantity(n).label} {relative_range(self.bar(n))}" for n in read)
             but = f"; what is read off its pressure is known to: {labels}" if read else ""
-            return f"The truth is the closed form, exact to round-off{but}."
+            return f"The reference is the closed form, exact to round-off{but}."
         ensemble = self.levels.ensemble
         mean = f", mean over {ensemble}" if ensemble else ""
-        title = METHODS[self.method].title
-        text = f"The truth is the finest solution of {title} (N = {self.resolution}{mean})"
+        title = titles.get(self.method) or METHODS[self.method].title
+        text = f"The reference is the finest solution of {title} (N = {self.resolution}{mean})"
         bars = {name: self.bar(name) for name in quantities if self.knows(name)}
         ranges = [
             f"{quantity(name).label} {relative_range(bar)}"
@@ -393,9 +397,9 @@ class Verification:
         if self.missed:
             reached = f"{self.missed} of {self.bars} bars miss it"
         return (
-            "interval in which the truth lies by theorem, at most "
+            "interval in which the answer lies by theorem, at most "
             f"{relative(self.width)} wide in force or penetration; {reached}. "
-            f"It took {duration(self.seconds)}, the truth {duration(self.truth_seconds)}."
+            f"It took {duration(self.seconds)}, the reference {duration(self.truth_seconds)}."
         )
 
 

@@ -85,7 +85,7 @@ class ReducedRolling(ProfileSolver):
         self.edges = scene.methods.reduced.edges
         self.rolling, friction = tables_of(scene)
         if self.rolling.spin:
-            raise Refused("spin: a line has no width to turn on")
+            raise Refused("springs on a line have no spin")
         # G* of the springs: the chapter's, or that of the half-space's first slope
         modulus, stiffness = scene.tangential_modulus, "4G/(2 - nu) dx"
         if scene.methods.reduced.rolling == "matched":

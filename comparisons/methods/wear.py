@@ -75,7 +75,7 @@ class ReducedWear(ProfileSolver):
         self.stress = scene.methods.reduced.stress
         self.coefficient, self.swing = motion_of(scene)
         if not self.indenter.axisymmetric:
-            raise Refused("springs wear round bodies: other shapes wear out of theirs")
+            raise Refused("springs wear round bodies only")
         self.beside = _WORDS[self.stress]
 
     def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from comparisons.facts.methods import CLOSED_FORM, title_of
+from comparisons.facts.methods import CLOSED_FORM
 from comparisons.facts.quantities import quantity
 from comparisons.files import plain
 from comparisons.formatting import MISSING, count, duration, listed, relative, tolerance
@@ -92,7 +92,7 @@ class Setting:
     def bias(self) -> str:
         """What a reader must know of its errors: it is the truth, or judges itself."""
         if self.is_truth:
-            return "the truth itself"
+            return "the reference itself"
         return ITSELF.removeprefix("* ") if self.judges_itself else ""
 
     @property
@@ -257,7 +257,7 @@ def _sentence(record: SceneRecord, advice: Advice) -> str:
     """Return the advice.
 
     For example: "For 1 % in force: reduced model 0.7 ms (N = 10), FFT BEM 16 ms (N = 16); outside:
-    dense BEM (force 1.5 % at load step 1, N = 20); truth: ..., known to 0.03 %." N is the
+    dense BEM (force 1.5 % at load step 1, N = 20); reference: ..., known to 0.03 %." N is the
     resolution.
     """
     if not record.reference.method:
@@ -312,7 +312,7 @@ def _sentence(record: SceneRecord, advice: Advice) -> str:
         ensemble = record.cost(truth, level).solves
         mean = f", mean over {ensemble}" if ensemble else ""
         truth_text = f"{record.title_of(truth)} (N = {level}{mean}), {accuracy}"
-    return f"{advice_text}{left}; truth: {truth_text}."
+    return f"{advice_text}{left}; reference: {truth_text}."
 
 
 def _single(record: SceneRecord) -> str:
@@ -352,6 +352,6 @@ def wide_truth(record: SceneRecord, effort: str) -> str:
     refined = ": --full refines it" if effort == "quick" and truth != CLOSED_FORM else ""
     limit = tolerance(record.tolerance)
     return (
-        f"reference: {title_of(truth)}, known to {relative(bar)} in {quantity(worst).label}, "
-        f"wider than the tolerance of {limit}{refined}"
+        f"reference: {record.title_of(truth)}, known to {relative(bar)} in "
+        f"{quantity(worst).label}, wider than the tolerance of {limit}{refined}"
     )

@@ -461,7 +461,7 @@ class SceneRecord:
     def confidence(self) -> str:
         """What the bars of the scene stand for, in words."""
         if self.reference.exact:
-            exact = "The truth is exact; u is that of the reduced model's own discretisation"
+            exact = "The reference is exact; u is that of the reduced model's own discretisation"
             read = " and of stresses read off pressures"
             return f"{exact}{read if FROM_PRESSURE & {*self.quantities} else ''}."
         covered = [name for name in self.quantities if is_calibrated(self.tables, name)]

@@ -51,7 +51,7 @@ def record_scene(
         reference = Reference(
             method=truth.method,
             resolution=truth.resolution,
-            text=truth.sentence(quantities, fields_known),
+            text=truth.sentence(quantities, fields_known, titles),
             sources={name: truth.known_from(name) for name in quantities},
             bars=bars,
             footnotes=tuple(small),

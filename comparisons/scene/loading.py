@@ -185,7 +185,7 @@ def read_range(value: Any, dimension: Dimension, order: Order = "loads") -> Any:
         numbers = [_number(load, unit, f"load {i}", problems) for i, load in enumerate(values, 1)]
     else:
         numbers = _spaced(table, unit, problems, order)
-    kind = "positive finite loads" if order == "loads" else "finite numbers"
+    kind = "positive finite values" if order == "loads" else "finite numbers"
     if problems:
         raise fail("; ".join(problems))
     if not numbers:
@@ -198,7 +198,8 @@ def read_range(value: Any, dimension: Dimension, order: Order = "loads") -> Any:
         kind = kind if order == "loads" else "times from zero on"
         problems.append(f"expected {kind}, got {excerpt(numbers)}")
     elif any(b <= a for a, b in pairwise(numbers)):
-        problems.append(f"expected strictly increasing {order}, got {excerpt(numbers)}")
+        words = "times" if order == "times" else "values"  # loads, speeds, distances
+        problems.append(f"expected strictly increasing {words}, got {excerpt(numbers)}")
     if problems:
         raise fail("; ".join(problems))
     return LoadRange(values=tuple(numbers), relative_to=relative)

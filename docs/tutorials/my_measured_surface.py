@@ -83,7 +83,7 @@ comparison
 # its bar, and a verdict at the 10 % that the scene asks for.
 #
 # - *FFT BEM* on 64 points is **within** 10 % for penetration, mean gap and area. The bar of its
-#   error is that of the truth: ``full=True``, or a finer grid in ``resolutions``, narrows it.
+#   error is that of the reference: ``full=True``, or a finer grid in ``resolutions``, narrows it.
 # - The *reduced model* is **outside** for all three. Its lines know the map's spectrum and nothing
 #   else of it. Averages over many surfaces of one spectrum agree with the lines in force and
 #   penetration; a single map, whose highest peak decides where contact begins, need not.

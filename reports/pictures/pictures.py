@@ -36,7 +36,7 @@ MOST_BYTES = 4_000_000  # of a stored picture
 DIGITS = 32  # of a digest
 DRAWING = "rendering.py"  # what a picture depends on besides its data
 STARTUP_SECONDS, PICTURE_SECONDS = 60.0, 30.0
-NOTHING = "No picture: no method stored a surface or a body for this scene."
+NOTHING = "No picture: no method stored a pressure map, a rough surface or a stressed body."
 RENDERER_MISSING = "No picture: this machine has no working renderer."
 
 

@@ -152,7 +152,7 @@ def difference(scene: SceneRecord, across: str, up: str) -> Figure | None:
     return Figure(
         f"difference-{up}",
         fmt.capitalised(f"{name.label}: relative difference from the reference"),
-        "What parts the curves: each method at its finest resolution, at equal "
+        "Each method at its finest resolution, at equal "
         f"{quantity(across).label}. Light band, if any: uncertainty of the reference.",
         value_axis(across, x, wants_log(loads)),
         Axis("relative difference", f"Δ{name.symbol}", scale=scale),

@@ -43,6 +43,14 @@ SWEEP_CAPTION = (
     f"bar. {SIGN_NOTE} {FOOT_NOTE}"
 )
 MOST_TICKS = 10
+# Keys of scenes that are no words.
+KEYS = {
+    "poisson_ratio": "Poisson's ratio",
+    "youngs_modulus": "Young's modulus",
+    "radius_x": "radius along x",
+    "radius_y": "radius along y",
+    "hurst": "Hurst exponent",
+}
 PREMISE = 0.1  # of the apparent area: rough lines are for real contact areas far below
 
 
@@ -201,7 +209,8 @@ def _along(path: str, scenes: list[SceneRecord], name: str) -> Figure | None:
             value = value.get(key) if isinstance(value, dict) else None
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             places[place] = value
-    words = path.split(".")[-1].replace("_", " ")
+    key = path.split(".")[-1]
+    words = KEYS.get(key, key.replace("_", " "))
     texts = [str(scene.tables["sweep"][path]) for scene in scenes]
     words_only = not np.isfinite(places).all()
     if words_only:  # one after the other, and nothing between them
@@ -248,7 +257,7 @@ def _along(path: str, scenes: list[SceneRecord], name: str) -> Figure | None:
     label = quantity(name).label
     return Figure(
         f"sweep-{path.replace('.', '-')}-{name}",
-        f"Error of {label} along {words}",
+        f"Error of {label} over {words}",
         SWEEP_CAPTION,
         axis,
         with_foot(error_axis(low, high, "relative error", label), series),

@@ -334,7 +334,7 @@ def compare(
     overwrite: Flag = False,
     static: Flag = False,
 ) -> int:
-    """Compare two results folders: changes in value, error and time.
+    """Compare two results folders: changes in value, error and time. Returns 1 if answers moved.
 
     Parameters
     ----------

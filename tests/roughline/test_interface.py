@@ -352,7 +352,7 @@ def test_a_method_of_a_notebook_is_judged_and_can_be_mended():
         assert found.judged("scaled").word == word
         np.testing.assert_allclose(found.judged("scaled").error, factor - 1, rtol=1e-9)
     alone = roughline.compare(BALL, "scaled")
-    assert alone.reference.startswith("The truth is the closed form")
+    assert alone.reference.startswith("The reference is the closed form")
     with pytest.raises(roughline.InputError, match="a method of roughline's own"):
         roughline.add_method(twice("reduced", 1.0))
 

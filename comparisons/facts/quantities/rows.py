@@ -378,7 +378,7 @@ COMPUTED = (
     # Rolling
     Quantity(
         "traction",
-        "traction coefficient",
+        "utilised friction",
         "Fₓ/(µF)",
         comparable=True,
         physics=_ROLLS,

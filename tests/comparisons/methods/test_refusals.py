@@ -151,7 +151,7 @@ REFUSED = {
         ),
     ],
     "rolling-ball": [
-        ("reduced", {"rolling": {"creep": 0.0, "spin": "0.02 m^-1"}}, "no width"),
+        ("reduced", {"rolling": {"creep": 0.0, "spin": "0.02 m^-1"}}, "no spin"),
         ("reduced", FLAT, "flat face"),
         ("fastsim", CONE, "paraboloids and ellipsoids"),
         (

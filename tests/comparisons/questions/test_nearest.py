@@ -289,7 +289,7 @@ def test_of_another_surface_or_body_nothing_was_measured():
     wheel = {"indenter": radii, "loading.force": "80 kN", "rolling.creep": "-0.1 %"}
     wheel |= {"half_space.youngs_modulus": "105 GPa"}
     (said,) = plainly([known("rolling-ball", **wheel)["traction"]], 0.01)
-    told = "traction coefficient: not measured here (nearest: \N{MINUS SIGN}43.9 "
+    told = "utilised friction: not measured here (nearest: \N{MINUS SIGN}43.9 "
     assert said.startswith(told)
     assert ", R_x/R_y = 1, here 1.533, claim " in said
     same = known("rough-free", **{"compare.tolerance": 0.15})["penetration"]

@@ -109,7 +109,7 @@ def test_the_sentence_names_the_cheapest_setting_of_each_method_fastest_first():
     model, fem, fft = (METHODS[name].title for name in ("reduced", "fem", "bem_fft"))
     assert said.startswith(f"For 1\u202f% in force: {model} 1.0\u202fms (N = 10), {fem} ")
     assert f"outside: {fft} (force 4.0\u202f% at load step 3, N = 8)" in said
-    assert said.endswith("truth: closed form.")
+    assert said.endswith("reference: closed form.")
     assert (advice.cheapest.method, advice.cheapest.resolution) == ("reduced", 10)
     assert [setting.seconds for setting in advice.settings] == [1e-3, 0.01, 1.0, 2.0, 8.0]
 
@@ -208,7 +208,7 @@ def test_what_one_method_does_not_give_is_a_dash_and_what_none_gives_is_said():
 def test_a_truth_that_is_known_well_enough_is_an_answer_itself():
     rows = [("reduced", 10, 0.2, 1e-3)]
     good = advise(record(rows, "bem_fft", 0.004))
-    assert "FFT BEM 2.0\u202fs (N = 64, the truth itself)" in good.sentence
+    assert "FFT BEM 2.0\u202fs (N = 64, the reference itself)" in good.sentence
     assert good.cheapest.is_truth
     wide = record(rows, "bem_fft", 0.04)
     assert advise(wide).cheapest is None
@@ -360,7 +360,7 @@ def test_the_truth_is_refined_until_some_setting_is_sure_of_the_tolerance(tmp_pa
     assert advise(record_scene(*solved_in_memory(plan, "quick"))).cheapest is None
     assert run_command(["advise", str(tmp_path / "bumps.toml")]) == 0
     said = capsys.readouterr().out
-    assert f"N = {2 * planned}, the truth itself" in " ".join(said.split())
+    assert f"N = {2 * planned}, the reference itself" in " ".join(said.split())
 
 
 @pytest.mark.slow

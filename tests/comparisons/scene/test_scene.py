@@ -151,7 +151,7 @@ def test_all_problems_of_a_file_come_at_once():
         "half_space.density: unknown key",
         "indenter.radius: expected a positive finite length, got '-1 mm'",
         "indenter.colour: unknown key",
-        "loading.force: expected strictly increasing loads, got [2.0, 1.0]",
+        "loading.force: expected strictly increasing values, got [2.0, 1.0]",
         "compare.tolerance: expected a positive finite number, got 0",
         "compare.quantities.0: expected 'force',",
         "methods.fem.contact: expected 'active_set', 'penalty' or 'augmented_lagrangian', got ",

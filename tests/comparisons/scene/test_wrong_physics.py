@@ -25,7 +25,7 @@ WRONG = {
         (SLIDES, "sliding: expected [viscoelastic]"),
         ({"loading": {"time": [1], "force": [1]}}, "loading.time: expected [viscoelastic] or"),
         ({"loading": {"force": [1], "substeps": 3}}, "loading.substeps: expected a path"),
-        ({"loading": {"force": [0, -1]}}, "loading.force: expected positive finite loads"),
+        ({"loading": {"force": [0, -1]}}, "loading.force: expected positive finite values"),
         (
             {"loading": PULL, "half_space": {"effective_modulus": 1e9}, **FRICTION},
             "half_space: expected E or G with nu: tangential contact needs two elastic constants",

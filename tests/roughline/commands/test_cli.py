@@ -199,7 +199,7 @@ def test_a_wrong_scene_is_one_clear_message_and_nothing_is_written(
         (["run", "paraboloid", "--part", "1/" + "9" * 5000], "got '1/999"),
         (["run", "paraboloid", "--loads", "forse=1 N"], "forse: unknown key; did you mean force"),
         (["run", "paraboloid", "--loads", "1 N"], "CONTROL=VALUE"),
-        (["run", "paraboloid", "--loads", "penetration=0,2um"], "expected positive finite loads"),
+        (["run", "paraboloid", "--loads", "penetration=0,2um"], "expected positive finite values"),
         (["plan"], "did you mean `roughline run --plan`?"),
         (["methods"], "did you mean `roughline list methods`?"),
         (["scenes"], "did you mean `roughline list scenes`?"),
