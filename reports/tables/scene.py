@@ -46,7 +46,7 @@ def values(scene: SceneRecord) -> Table:
     first = filter(None, [scene.reference.method, *scene.judged_methods])
     methods = dict.fromkeys([*first, *filter(scene.resolutions_solved, scene.methods)])
     beside = scene.quantities if scene.of_one_load else ()
-    names = dict.fromkeys([*COLUMNS, *beside, *STRESSES])
+    names = dict.fromkeys([*COLUMNS, *scene.quantities, *STRESSES])
     rows: list[tuple[str, int, dict[str, float]]] = []
     for method in methods:
         curve = scene.curve(method)
@@ -54,8 +54,8 @@ def values(scene: SceneRecord) -> Table:
             known = {name: float(curve[name][index]) for name in names}
             if fmt.finite(known["force"]) and known["contact_area"] > 0:
                 known["pressure_mean"] = known["force"] / known["contact_area"]
-            asked = STRESSES if method == scene.reference.method else ("pressure_peak",)
-            found = stresses(scene, method, int(step), set(asked))
+            asked = set(names) if method == scene.reference.method else {"pressure_peak"}
+            found = stresses(scene, method, int(step), asked)
             rows.append((method, int(step), known | found))
     heads = [Head("method")]
     columns = [[cells.method(method, scene=scene) for method, *_ in rows]]

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 import shutil
 import sys
+import textwrap
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from io import StringIO
 from pathlib import Path
@@ -51,7 +52,9 @@ _SPECIAL = {
     "–": "--",
 }
 _SUPERSCRIPTS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
-_POWER = re.compile("[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+")
+# Powers, magnitudes, and symbols with an index, which LaTeX sets in math mode.
+_MATH = re.compile(r"([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)|\|(\w)\||(?<!\w)([A-Za-zστ])_([A-Za-z0-9τ]+)(?!\w)")
+_HEAD = 12  # characters of a line of a head
 
 
 def frame(table: Table) -> pd.DataFrame:
@@ -64,20 +67,27 @@ def frame(table: Table) -> pd.DataFrame:
 
 
 def latex(table: Table, label: str) -> str:
-    """Return the table in LaTeX, with its title as the caption."""
+    """Return the table in LaTeX, with its title as the caption, as wide as a page at most."""
+    columns = alignment(table)
+    heads = (
+        rf"\begin{{tabular}}[b]{{@{{}}{side}@{{}}}}{_stacked(text)}\end{{tabular}}"
+        for side, text in zip(columns, _heads(table), strict=True)
+    )
     lines = [
-        "% needs \\usepackage{booktabs} and \\usepackage{textcomp}",
-        r"\begin{table}",
+        "% needs \\usepackage{booktabs}, \\usepackage{graphicx} and \\usepackage{textcomp}",
+        r"\begin{table*}",
+        r"  \centering\footnotesize",
         rf"  \caption{{{tex(table.title)}}}",
         rf"  \label{{tab:{label}}}",
-        rf"  \begin{{tabular}}{{@{{}}{alignment(table)}@{{}}}}",
+        r"  \resizebox{\ifdim\width>\textwidth\textwidth\else\width\fi}{!}{%",
+        rf"  \begin{{tabular}}{{@{{}}{columns}@{{}}}}",
         r"    \toprule",
-        f"    {_row(_heads(table))}",
+        f"    {' & '.join(heads)} \\\\",
         r"    \midrule",
-        *(f"    {_row(cell.text for cell in row)}" for row in table.rows),
+        *(f"    {' & '.join(tex(cell.text) for cell in row)} \\\\" for row in table.rows),
         r"    \bottomrule",
-        r"  \end{tabular}",
-        r"\end{table}",
+        r"  \end{tabular}}",
+        r"\end{table*}",
     ]
     return "\n".join(lines) + "\n"
 
@@ -102,12 +112,14 @@ def alignment(table: Table) -> str:
     return "".join("r" if is_numeric else "l" for is_numeric in numbers)
 
 
+def _stacked(head: str) -> str:
+    """Return the lines of a head in LaTeX; a unit stays with its symbol."""
+    words = head.replace(" / ", "\u00a0/\u00a0")
+    return r"\\".join(map(tex, textwrap.wrap(words, _HEAD, break_long_words=False)))
+
+
 def _heads(table: Table) -> list[str]:
     return [head.short or head.text for head in table.heads]
-
-
-def _row(cells: Iterable[str]) -> str:
-    return " & ".join(map(tex, cells)) + r" \\"
 
 
 def _bars(cells: Iterable[str]) -> str:
@@ -117,16 +129,23 @@ def _bars(cells: Iterable[str]) -> str:
 def tex(text: str) -> str:
     r"""Return report text as LaTeX: special characters escaped, numbers in math mode.
 
-    >>> print(tex("(−1.2 ± 0.1)\u202f%"), tex("3×10⁻⁹"), tex("a_b & c\\d"))
-    ($-$1.2 $\pm$ 0.1)\,\% 3$\times$10$^{-9}$ a\_b \& c\textbackslash{}d
+    >>> print(tex("(−1.2 ± 0.1)\u202f%"), tex("3×10⁻⁹"), tex("bem_fft & c\\d"))
+    ($-$1.2 $\pm$ 0.1)\,\% 3$\times$10$^{-9}$ bem\_fft \& c\textbackslash{}d
+    >>> print(tex("|e| of σ_v / GPa"))
+    $|e|$ of $\sigma_{\mathrm{v}}$ / GPa
     """
     pieces, end = [], 0
-    for power in _POWER.finditer(text):
-        pieces += [
-            _escaped(text[end : power.start()]),
-            f"$^{{{power[0].translate(_SUPERSCRIPTS)}}}$",
-        ]
-        end = power.end()
+    for math in _MATH.finditer(text):
+        power, size, symbol, index = math.groups()
+        if power:
+            formula = f"^{{{power.translate(_SUPERSCRIPTS)}}}"
+        elif size:
+            formula = f"|{size}|"
+        else:
+            formula = rf"{symbol}_{{\mathrm{{{index}}}}}".replace("σ", r"\sigma")
+            formula = formula.replace("τ", r"\tau")
+        pieces += [_escaped(text[end : math.start()]), f"${formula}$"]
+        end = math.end()
     return "".join([*pieces, _escaped(text[end:])])
 
 

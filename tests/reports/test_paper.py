@@ -71,6 +71,8 @@ def test_values_are_those_of_hertz(ball):
     for method in ball.methods:
         if ball.resolutions_solved(method):
             assert cells.method(method, scene=ball).text in set(printed["method"])
+    asked = values(replace(ball, quantities=("stiffness",)))
+    assert any(head.text.startswith("contact stiffness") for head in asked.heads)
 
 
 def test_what_errs_by_less_than_the_axis_shows_has_its_arrows_and_its_name_in_print(ball):
@@ -199,6 +201,7 @@ def test_the_same_results_give_the_same_bytes(folder, small, tmp_path):
 def test_tables_are_latex_with_the_rules_of_booktabs(folder):
     for path in (folder / "verdicts.tex", folder / "settings.tex"):
         text = path.read_text(encoding="utf-8")
+        assert not re.search(r"\|\w\|(?!\$)|(?<!\w)\w\\_", text)  # symbols are set as such
         (columns,) = re.findall(r"\\begin\{tabular\}\{@\{\}([lr]+)@\{\}\}", text)
         rows = [line for line in text.splitlines() if line.endswith(r" \\")]
         assert len(rows) > 1
