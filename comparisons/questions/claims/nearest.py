@@ -18,18 +18,10 @@ import numpy as np
 
 from comparisons import formatting as fmt
 from comparisons.errors import InputError
-from comparisons.facts.methods import MODEL
 from comparisons.facts.quantities import counterpart, quantity
 from comparisons.geometry.plausibility import STEEPEST
 from comparisons.judging.verdicts import NOT_RESOLVED, OUTSIDE, WITHIN, WORST_FIRST, judged
-from comparisons.questions.claims.families import HERE, builtin_claims
-from comparisons.questions.claims.record import (
-    HOLDS,
-    STORED,
-    ClaimRecord,
-    PointRecord,
-    load_claims_record,
-)
+from comparisons.questions.claims.record import HOLDS, PointRecord, stored
 from comparisons.results.record import SceneRecord
 from comparisons.scene.indenters.punches import EllipticPunch, RightAngledPunch
 from comparisons.scene.loading import AbsoluteLoads, loads_of
@@ -40,8 +32,6 @@ from reference.closed_form.adhesive import maugis_parameter
 
 BEYOND = ", beyond all that was measured"
 SAME = 1e-3  # relative distance along a parameter that is none
-# One modulus is written in several ways.
-MODULI = {"youngs_modulus", "shear_modulus", "effective_modulus", "poisson_ratio"}
 Stretch = tuple[float, float]
 Values = Mapping[str, Any]  # numbers and choices, by their symbols
 
@@ -307,48 +297,6 @@ def in_words(answers: list[Nearest], tolerance: float) -> str:
     """Return the same in one sentence; "" where nothing is known."""
     known = "; ".join(plainly(answers, tolerance))
     return known and f"Nearest measured, reduced model, {known}."
-
-
-def claims_on(scene: Scene) -> list[ClaimRecord]:
-    """Return the claims on the reduced model of such a scene, whose numbers may be others.
-
-    Of claims that differ in their tolerance alone it is the one nearest to that of the scene.
-    """
-    found = []
-    for name, keys in builtin_claims().items():
-        side = keys | keys.get("stated", {})
-        if "scene" in side and keys.get("method", MODEL) == MODEL and name in stored():
-            beside = HERE / side["scene"]
-            changes = keys.get("changes", {}) | side.get("changes", {})
-            claimed = load_scene(beside if beside.is_file() else side["scene"], changes)
-            if _kind(claimed) == _kind(scene):
-                found.append(stored()[name])
-    found.sort(key=lambda claim: -abs(np.log(claim.tolerance / scene.compare.tolerance)))
-    return list({(claim.what, claim.parameter): claim for claim in found}.values())
-
-
-def _kind(scene: Scene) -> Any:
-    """Return what a scene is but for its numbers, the unit of its moduli and how it is loaded."""
-
-    def kind(value: Any) -> Any:
-        if isinstance(value, dict):
-            return {key: kind(item) for key, item in value.items() if key not in MODULI}
-        if isinstance(value, (list, tuple)):
-            members = [kind(item) for item in value]
-            return 0 if members and not any(members) else members
-        return 0 if type(value) in (int, float) else value
-
-    document = scene.model_dump(exclude={"name", "title", "loading", "compare", "methods", "sweep"})
-    paths = scene.loading.model_dump(exclude_none=True).keys() & {"time", "tangential_force"}
-    if scene.indenter is not None and scene.indenter.shape == "sphere":
-        document["indenter"]["shape"] = "paraboloid"  # which stands for one
-    return kind(document), paths, kind(scene.methods.reduced.model_dump())
-
-
-@cache
-def stored() -> Mapping[str, ClaimRecord]:
-    """Return the claims that come with the package, by their names."""
-    return {claim.id: claim for claim in load_claims_record(STORED).claims}
 
 
 @cache

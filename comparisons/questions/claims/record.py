@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -168,6 +169,12 @@ def load_claims_record(path: Path) -> ClaimsRecord:
     """
     file = path / RECORD if path.is_dir() else path
     return read_record(ClaimsRecord, file, f"{file}: no claims were judged here")
+
+
+@cache
+def stored() -> Mapping[str, ClaimRecord]:
+    """Return the claims that come with the package, by their names."""
+    return {claim.id: claim for claim in load_claims_record(STORED).claims}
 
 
 if TYPE_CHECKING:
