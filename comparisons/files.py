@@ -8,9 +8,7 @@ Tables are CSV with every digit, arrays are npz that nobody ever unpickles, docu
 
 from __future__ import annotations
 
-import csv
 import errno
-import io
 import math
 import os
 import re
@@ -120,43 +118,14 @@ def _name(error: BaseException, path: Path) -> None:
         del error.filename2  # None would be told, too
 
 
-def write_table(path: Path, table: Mapping[str, Any] | pd.DataFrame) -> None:
-    """Write columns by name as CSV, atomically and with every digit."""
+def write_table(path: Path, table: pd.DataFrame) -> None:
+    """Write a data frame as CSV, atomically and with every digit."""
     write_text(path, table_text(table))
 
 
-def table_text(table: Mapping[str, Any] | pd.DataFrame) -> str:
-    """Return columns by name as CSV; what is missing is empty.
-
-    >>> print(table_text({"step": [0, 1], "force": np.array([0.1, np.nan])}), end="")
-    step,force
-    0,0.1
-    1,
-    """
-    columns = []
-    for name in table:
-        values = np.asarray(table[name])
-        texts = values.astype(str) if values.dtype.kind == "f" else values.astype(object)
-        texts[values != values] = ""
-        columns.append(texts.tolist())
-    text = io.StringIO()
-    lines = csv.writer(text, lineterminator="\n")
-    lines.writerow(table)
-    lines.writerows(zip(*columns, strict=True))
-    return text.getvalue()
-
-
-def read_table(path: Path) -> dict[str, list[str]]:
-    """Return the columns of a CSV file by name, as texts; ValueError for a file that is none."""
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as stream:
-            names, *lines = [*filter(None, csv.reader(stream, strict=True))] or [[]]
-    except csv.Error as error:
-        raise ValueError(str(error)) from error
-    for number, line in enumerate(lines, start=2):
-        if len(line) != len(names):
-            raise ValueError(f"line {number}: expected {len(names)} values, got {len(line)}")
-    return {name: [line[place] for line in lines] for place, name in enumerate(names)}
+def table_text(table: pd.DataFrame) -> str:
+    """Return a data frame as CSV."""
+    return table.to_csv(index=False, lineterminator="\n")
 
 
 def write_arrays(path: Path, arrays: Mapping[str, np.ndarray]) -> None:

@@ -115,7 +115,7 @@ class Comparison:
         those of means, which took ``seconds_all``; ``seconds`` is the time of one surface or line,
         whose own errors lie from ``single_low`` to ``single_high`` (5 to 95 %, at ``single_step``).
         """
-        table = measures(self.record).frame().reindex(columns=COLUMNS)
+        table = measures(self.record).reindex(columns=COLUMNS)
         return table[table["quantity"].isin(self.record.quantities)].reset_index(drop=True)
 
     def steps(self) -> pd.DataFrame:
@@ -128,7 +128,7 @@ class Comparison:
 
         Each method at its finest resolution; of random surfaces the means. As in curves.csv.
         """
-        return pd.DataFrame(curves(self.record)).drop(columns="scene")
+        return curves(self.record).drop(columns="scene")
 
     @property
     def plots(self) -> list[str]:

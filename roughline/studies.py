@@ -15,11 +15,10 @@ from comparisons.methods.user.external import brought
 from comparisons.questions import study
 from comparisons.questions.campaign import Campaign, Watch
 from comparisons.results import run_comparison
-from comparisons.results.advice import SLOWER
 from comparisons.results.finding import methods_of
 from comparisons.results.folder import held
 from comparisons.results.record import StudyRecord
-from comparisons.results.run_comparison import MOVED, SAME, Change, RunComparison
+from comparisons.results.run_comparison import MOVED, SAME, SLOWER, Change, RunComparison
 from comparisons.results.store import load_study
 from comparisons.scene.scene import as_changes
 from comparisons.solving.jobs import Done

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from comparisons.facts.methods import METHODS
 from comparisons.facts.quantities import CURVES, FIELDS, counterpart, main_axis, quantity
@@ -40,16 +41,13 @@ DIGITS, ERROR_DIGITS = 8, 5
 
 @dataclass(frozen=True)
 class Comparison:
-    """What was found for one scene; with its bars held against what is proved.
-
-    Rows are in tables by column, in which what is no array stands in every row.
-    """
+    """What was found for one scene, as tables; with its bars held against what is proved."""
 
     truth: Truth | None
-    rows: list[dict[str, Any]]
+    rows: pd.DataFrame
     verdicts: tuple[Verdict, ...]
-    verification: Verification | None
-    distributions: list[dict[str, Any]]
+    verification: Verification | None = None
+    distributions: pd.DataFrame = field(default_factory=pd.DataFrame)
 
 
 def compare(
@@ -68,7 +66,7 @@ def compare(
         for method, resolution in solved
         for table in _solution_tables(plan, levels[method], resolution, truth)
     ]
-    tables += [
+    refused = [
         {
             "scene": plan.scene.name,
             "method": planned.method,
@@ -82,6 +80,8 @@ def compare(
         for planned in plan.methods
         if not planned.supported
     ]
+    tables += [pd.DataFrame([row]) for row in refused]
+    table = pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
     verification = None
     started = time.perf_counter()
     sides: dict[str, np.ndarray] = {}
@@ -89,23 +89,26 @@ def compare(
         sides = enclosures_asked_for(plan.scene, plan.geometry, plan.loads)
     if truth is not None and sides:
         verification = verified(truth, sides, time.perf_counter() - started)
-        for table in tables:
-            if (table["method"], table["resolution"]) == (truth.method, truth.resolution):
-                table |= {name: values[table["step"]] for name, values in sides.items()}
-    for table in tables:  # a solution may know its own machine
-        table |= {name: table.pop(name, value) for name, value in constants.items()}
+        own = (table["method"] == truth.method) & (table["resolution"] == truth.resolution)
+        steps = table.loc[own, "step"].astype(int)
+        for name, values in sides.items():
+            table.loc[own, name] = values[steps]
     verdicts = [
         verdict
         for method, resolution in solved
         for verdict in _verdicts(plan, solved, levels[method], resolution, truth)
     ]
-    distributions = distribution_rows(plan, solved)
-    return Comparison(truth, tables, tuple(verdicts), verification, distributions)
+    # The columns of the machine come last, as far as no solution knows its own.
+    for name, value in constants.items():
+        known = table.pop(name).fillna(value) if name in table else value
+        table[name] = known
+    distributions = pd.DataFrame(distribution_rows(plan, solved))
+    return Comparison(truth, table, tuple(verdicts), verification, distributions)
 
 
 def _solution_tables(
     plan: Plan, levels: Levels, resolution: int, truth: Truth | None
-) -> Iterator[dict[str, Any]]:
+) -> Iterator[pd.DataFrame]:
     """Yield the rows of the first surfaces and of lost ones, and of the mean over all."""
     solution = levels.solutions[resolution]
     count = len(solution.converged)
@@ -152,13 +155,13 @@ def _solution_tables(
             for name, most in digits.items()
         }
         own["machine"] = ""
-    yield common | columns | own
+    yield pd.DataFrame(common | columns | own)
     if count > 1:
         means = {name: values[None, :] for name, values in levels.curves(resolution).items()}
         own = {"converged": solution.converged.all(axis=0), "no_equilibrium": gone} | {
             f"stderr_{name}": levels.standard_error(name, resolution) for name in means
         }
-        yield common | _columns(plan, means, ["mean"], common, truth, gone) | own
+        yield pd.DataFrame(common | _columns(plan, means, ["mean"], common, truth, gone) | own)
 
 
 def _columns(

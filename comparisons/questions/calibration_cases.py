@@ -10,9 +10,9 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from comparisons.facts.quantities.rows import ENCLOSED
 from comparisons.judging.metrics import rms_and_maximum
@@ -202,16 +202,22 @@ def held_against(sides: Mapping[str, np.ndarray] | str, case: Case) -> Case:
     return replace(case, beyond=missed_by(case.curves[-1], np.zeros(len(lower)), lower, upper))
 
 
-def table(cases: list[Case]) -> dict[str, list[Any]]:
-    """Return the cases as columns."""
-    names = ("half", "shape", "method", "control", "quantity")
-    return {
-        **{name: [getattr(case, name) for case in cases] for name in names},
-        "resolutions": [" ".join(map(str, case.resolutions)) for case in cases],
-        "error": [case.error for case in cases],
-        "bar": [case.bar for case in cases],
-        "misses_proof": [case.missed for case in cases],
-    }
+def table(cases: list[Case]) -> pd.DataFrame:
+    """Return the cases as rows."""
+    return pd.DataFrame(
+        {
+            "half": case.half,
+            "shape": case.shape,
+            "method": case.method,
+            "control": case.control,
+            "quantity": case.quantity,
+            "resolutions": " ".join(map(str, case.resolutions)),
+            "error": case.error,
+            "bar": case.bar,
+            "misses_proof": case.missed,
+        }
+        for case in cases
+    )
 
 
 # Coverage that is required at every load on the fitting half, and by how much factors are raised

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from scipy.special import stdtrit
 
 from comparisons.errors import InputError
@@ -178,9 +179,9 @@ class SingleResult:
 
     def write_csv(self, path: Path) -> None:
         """Write the load steps as a table."""
-        columns = self.columns()
-        steps = range(len(next(iter(columns.values()))))
-        write_named_text(path, table_text({"step": steps} | columns))
+        table = pd.DataFrame(self.columns())
+        table.insert(0, "step", range(len(table)))
+        write_named_text(path, table_text(table))
 
     def write_vtu(self, path: Path) -> None:
         """Write the fields at the last load.

@@ -26,9 +26,8 @@ from comparisons.judging.verdicts import (
     worst,
 )
 from comparisons.results.record import Cost, SceneRecord, once
+from comparisons.results.run_comparison import SLOWER
 
-# Closer times are not told apart.
-SLOWER = 1.5
 # Its errors are against a finer grid of its own.
 ITSELF = "* same method as the reference"
 

@@ -5,18 +5,14 @@ Text that is missing is "", a number that is missing or infinite is NaN.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Sequence
 
 import numpy as np
+import pandas as pd
 
-if TYPE_CHECKING:
-    import pandas as pd
-
-HASH = "scene_hash"  # by which a row that is stored is known as its scene's
 TEXTS = frozenset(
     {"scene", "method", "options", "realisation", "reference", "reason", "machine"}
-    | {"quantity", "at", "verdict", "outside_band", HASH}
+    | {"quantity", "at", "verdict", "outside_band"}
 )
 FLAGS = frozenset({"converged", "no_equilibrium"})
 # How they are written, by us and by spreadsheets.
@@ -40,59 +36,40 @@ class Rows:
         self._columns, self._chosen = columns, chosen
 
     @classmethod
-    def of(cls, table: Mapping[str, Any] | pd.DataFrame, required: tuple[str, ...] = ()) -> Rows:
-        """Return columns with their types; ValueError lists those that are missing or wrong."""
-        length = max((len(table[name]) for name in table), default=0)
+    def of(cls, table: pd.DataFrame, required: tuple[str, ...] = ()) -> Rows:
+        """Return a table with its types; ValueError lists columns that are missing or wrong."""
         # A table without rows (nothing was solved) need not have them all.
-        expected = required if length or "scene" not in table else ()
+        expected = required if len(table) or "scene" not in table else ()
         missing = [name for name in expected if name not in table]
         problems = [f"column {name}: missing" for name in missing]
         columns: dict[str, np.ndarray] = {}
         for name in table:
             stored = table[name]
             if name in TEXTS:
-                texts = ["" if value is None or value != value else str(value) for value in stored]
+                known = zip(stored.to_numpy(dtype=object), stored.isna(), strict=True)
+                columns[name] = np.array(["" if no else str(v) for v, no in known], dtype=object)
                 if name == "realisation":  # a spreadsheet may have saved 0 as 0.0
-                    texts = [text.removesuffix(".0") for text in texts]
-                columns[name] = np.array(texts, dtype=object)
-                if name in required and "" in texts:
+                    whole = [text.removesuffix(".0") for text in columns[name]]
+                    columns[name] = np.array(whole, dtype=object)
+                if name in required and (columns[name] == "").any():
                     problems.append(f"column {name}: expected a text in every row")
             elif name in FLAGS:
-                told = np.char.lower(np.asarray(stored).astype(str))
-                columns[name] = np.isin(told, YES)
-                if not np.isin(told, YES + NO).all():
+                told = stored.astype(str).str.lower()
+                columns[name] = told.isin(YES).to_numpy()
+                if not told.isin(YES + NO).all():
                     problems.append(f"column {name}: expected True or False in every row")
             else:
-                if isinstance(stored, list):  # of a file: what is missing is empty
-                    stored = ["nan" if value == "" else value for value in stored]
-                try:
-                    numbers = np.array(stored, dtype=float)
-                except (ValueError, TypeError):
-                    numbers = np.full(length, np.nan)
+                values = pd.to_numeric(stored, errors="coerce")
+                if (values.isna() & stored.notna()).any():
                     problems.append(f"column {name}: expected numbers")
+                numbers = values.to_numpy(dtype=float)
                 columns[name] = np.where(np.isfinite(numbers), numbers, np.nan)
         level = columns.get("resolution", np.empty(0))
         if ((level < 0) | (level > LARGEST_RESOLUTION)).any():
             problems.append(f"column resolution: expected numbers from 0 to {LARGEST_RESOLUTION}")
         if problems:
             raise ValueError("; ".join(problems))
-        return cls(columns, np.arange(length))
-
-    @classmethod
-    def stacked(cls, tables: Iterable[Mapping[str, Any]]) -> Rows:
-        """Return tables one below the other: what is no array stands in every row of its own."""
-        several = list(tables)
-        lengths = [
-            next((len(values) for values in table.values() if np.ndim(values)), 1)
-            for table in several
-        ]
-        columns = {}
-        for name in dict.fromkeys(name for table in several for name in table):
-            kind, unknown = (object, "") if name in TEXTS else (float, np.nan)
-            parts = [np.asarray(table.get(name, unknown), dtype=kind) for table in several]
-            spread = map(np.broadcast_to, parts, lengths)
-            columns[name] = np.concatenate(list(spread))
-        return cls.of(columns)
+        return cls(columns, np.arange(len(table)))
 
     def __len__(self) -> int:
         return len(self._chosen)
@@ -125,22 +102,11 @@ class Rows:
             return NO_ROWS
         return cls(parts[0]._columns, np.concatenate([part._chosen for part in parts])[:most])
 
-    @property
-    def whole(self) -> list[str]:
-        """The columns of numbers that are whole."""
-        return [name for name in WHOLE if name in self and not (self[name] % 1 > 0).any()]
-
-    def written(self) -> dict[str, Any]:
-        """Return all columns as they are written: whole numbers as such."""
-        whole = {n: ["" if np.isnan(v) else int(v) for v in self[n]] for n in self.whole}
-        return {name: self[name] for name in self} | whole
-
     def frame(self) -> pd.DataFrame:
         """Return all columns for export; whole numbers as such, also beside unknown ones."""
-        import pandas as pd  # of all that is done with results only this needs it
-
         table = pd.DataFrame({name: self[name] for name in self})
-        return table.astype(dict.fromkeys(self.whole, "Int64"))
+        whole = [name for name in WHOLE if name in table and not (table[name] % 1 > 0).any()]
+        return table.astype(dict.fromkeys(whole, "Int64"))
 
 
 NO_ROWS = Rows({}, np.empty(0, dtype=int))

@@ -14,13 +14,14 @@ from pydantic import BaseModel
 from comparisons import formatting as fmt
 from comparisons.facts.methods import CLOSED_FORM
 from comparisons.facts.quantities import quantity
-from comparisons.results.advice import SLOWER
 from comparisons.results.record import SceneRecord, StudyRecord
 from comparisons.results.rows import NO_ROWS, Rows
 from comparisons.scene.fields import excerpt, unit_of
 
 # The same solve on another machine ends within the tolerance of its iterations (1e-6).
 MOVED = 1e-5
+# Closer times are not told apart.
+SLOWER = 1.5
 # Shorter solves are timed no better than the machine's interruptions.
 SHORTEST = 0.02
 

@@ -71,8 +71,8 @@ def record_scene(
         verdicts=result.verdicts,
         answer="",
         disagreements=(*disagreements, *(verification.sentences if verification else ())),
-        rows=Rows.stacked(result.rows),
-        distributions=Rows.stacked(result.distributions),
+        rows=Rows.of(result.rows),
+        distributions=Rows.of(result.distributions),
         fields=dict(fields or {}),
     )
     record = replace(record, verdicts=explained(record))

@@ -24,15 +24,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pandas as pd
 from pydantic import TypeAdapter, ValidationError
 
 from comparisons.errors import ResultsError
 from comparisons.facts.quantities import CURVES, NORMAL, in_order, quantity
-from comparisons.files import read_table, write_atomically, write_table, write_text
+from comparisons.files import write_atomically, write_table, write_text
 from comparisons.machine import source_digest
 from comparisons.results import rows
 from comparisons.results.record import SceneRecord, StudyRecord
-from comparisons.results.rows import HASH, NO_ROWS, Rows
+from comparisons.results.rows import NO_ROWS, Rows
 from comparisons.scene.problems import first_problems
 
 if TYPE_CHECKING:
@@ -46,8 +47,18 @@ TABLES = {
     RESULTS: ("rows", rows.ROWS),
     DISTRIBUTIONS: ("distributions", rows.DISTRIBUTIONS),
 }
+# The column by which a row is known as its scene's.
+HASH = "scene_hash"
 # Beginnings of the columns of errors, bars and times.
 SHORT = ("error_", "reference_uncertainty", "seconds", "setup_seconds", "compile_seconds")
+# What is missing is written as nothing: a scene or a method may well be called "nan" or "null".
+_AS_WRITTEN: dict[str, Any] = {
+    "keep_default_na": False,
+    "na_values": [""],
+    "dtype": dict.fromkeys((*rows.TEXTS, HASH), str),
+    "low_memory": False,
+}
+
 
 _FORM = TypeAdapter(StudyRecord)
 
@@ -61,23 +72,21 @@ def save_study(record: StudyRecord) -> None:
     begun = replace(record, scenes=(), interrupted=True)
     write_text(root / STUDY, _FORM.dump_json(begun, indent=1).decode())
     for name, (kind, _) in TABLES.items():
-        table = written(record, [getattr(scene, kind) for scene in record.scenes])
-        if len(table["scene"]) or name != DISTRIBUTIONS:
+        table = stacked(record, [getattr(scene, kind).frame() for scene in record.scenes])
+        if len(table) or name != DISTRIBUTIONS:
             write_table(root / name, table)
     write_text(root / STUDY, _FORM.dump_json(record, indent=1).decode())
 
 
-def written(record: StudyRecord, tables: list[Rows]) -> dict[str, Any]:
-    """Return the tables of all scenes as columns to write, each row with the hash of its scene."""
+def stacked(record: StudyRecord, tables: list[pd.DataFrame]) -> pd.DataFrame:
+    """Return the tables of all scenes as one, each row with the hash of its scene."""
     several = zip(tables, record.scenes, strict=True)
-    filled = [{n: t[n] for n in t} | {HASH: _hash(scene.text)} for t, scene in several if len(t)]
-    columns = Rows.stacked(filled or [{"scene": np.empty(0)}]).written()
-    for name, values in columns.items():
-        # Eight digits of errors, bars and times do, and make a quarter of the file less; absurd
-        # ones are beyond the range of single precision.
-        if name.startswith(SHORT) and not (np.abs(values) > 1e37).any():
-            columns[name] = values.astype(np.float32)
-    return columns
+    filled = [t.assign(**{HASH: _hash(scene.text)}) for t, scene in several if len(t)]
+    table = pd.concat(filled, ignore_index=True) if filled else pd.DataFrame(columns=["scene"])
+    # Eight digits of errors, bars and times do, and make a quarter of the file less; absurd
+    # ones are beyond the range of single precision.
+    short = [c for c in table if c.startswith(SHORT) and not (table[c].abs() > 1e37).any()]
+    return table.astype(dict.fromkeys(short, np.float32))
 
 
 def read_study(root: Path) -> StudyRecord:
@@ -107,17 +116,15 @@ def load_study(directory: str | Path) -> StudyRecord:
     tables, problems = {}, []
     for name, (kind, columns) in TABLES.items():
         try:
-            table = read_table(root / name)
-            stored = table.pop(HASH, [])
-            tables[kind] = Rows.of(table, columns)
-            # a run killed before its end has rows and no scene yet
-            known = zip(table["scene"], stored, strict=False) if hashes else ()
-            again = "run it again with --resume or --overwrite"
-            problems += [
-                f"{name}: rows of another scene {other} than {STUDY} has: {again}"
-                for other, own in dict.fromkeys(known)
-                if own != hashes.get(other)
-            ]
+            table = pd.read_csv(root / name, **_AS_WRITTEN)
+            tables[kind] = Rows.of(table.drop(columns=HASH, errors="ignore"), columns)
+            if HASH in table and hashes:  # a run killed before its end has rows and no scene yet
+                others = table["scene"][table[HASH] != table["scene"].map(hashes)].unique()
+                again = "run it again with --resume or --overwrite"
+                problems += [
+                    f"{name}: rows of another scene {other} than {STUDY} has: {again}"
+                    for other in others
+                ]
         except FileNotFoundError:
             tables[kind] = NO_ROWS
             if name != DISTRIBUTIONS:
@@ -144,7 +151,7 @@ COST = (
     *("unknowns", "memory", "machine"),
 )
 NUMBERS = (
-    *("step", "steps", "low", "high"),
+    *("uncertainty", "word", "step", "steps", "low", "high"),
     *("single_low", "single_high", "single_step", "outside_band"),
 )
 
@@ -152,13 +159,13 @@ NUMBERS = (
 def write_exports(record: StudyRecord) -> None:
     """Write measures.csv and curves.csv."""
     tables = [measures(scene) for scene in record.scenes]
-    write_table(record.directory / MEASURES, written(record, tables))
-    if record.scenes:
-        rows = Rows.stacked(curves(scene) for scene in record.scenes)
-        write_table(record.directory / TO_TAKE, rows.written())
+    write_table(record.directory / MEASURES, stacked(record, tables))
+    tables = [curves(scene) for scene in record.scenes]
+    if tables:
+        write_table(record.directory / TO_TAKE, pd.concat(tables, ignore_index=True))
 
 
-def measures(scene: SceneRecord) -> Rows:
+def measures(scene: SceneRecord) -> pd.DataFrame:
     """Return a row for each verdict of a method that gives the quantity, with its setting's cost.
 
     ``error`` is that at the step that decides (NaN: the distance of two fields has no sign),
@@ -179,14 +186,13 @@ def measures(scene: SceneRecord) -> Rows:
             | {"quantity": item.quantity, "at": item.at}
             | {"rms": item.rms, "maximum": abs(item.error)}
             | {"error": item.error if item.signed else np.nan}
-            | {"uncertainty": item.uncertainty, "verdict": item.word}
             | {name: getattr(item, name) for name in NUMBERS}
             | {"single_step": item.single_step if item.single_step >= 0 else np.nan}
         )
-    return Rows.stacked(table)
+    return Rows.of(pd.DataFrame(table).rename(columns={"word": "verdict"})).frame()
 
 
-def curves(scene: SceneRecord) -> dict[str, Any]:
+def curves(scene: SceneRecord) -> pd.DataFrame:
     """Return the answers of each method at its finest resolution, in SI units; NaN where lost.
 
     Columns are ``scene``, ``step`` (from 0), the prescribed load, and ``method:quantity / unit``:
@@ -214,7 +220,7 @@ def curves(scene: SceneRecord) -> dict[str, Any]:
             values = at_steps(solved, name)
             if np.isfinite(values).any():
                 columns[f"{method}:{_titled(name)}"] = values
-    return columns
+    return pd.DataFrame(columns)
 
 
 def _titled(name: str) -> str:

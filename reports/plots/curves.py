@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import FIELDS, NORMAL, quantity
@@ -219,10 +220,9 @@ def _curves(scene: SceneRecord, across: str, up: str) -> list[_Curve]:
         if len(single) and (truth in ("", method) or scene.dimension_of(method) == 1):
             # 5 % to 95 % of the realisations, and the standard error of their mean: at the loads
             # of the mean, because the prescribed load is the same for all.
-            values = [single[name][single["step"] == step] for step in rows["step"]]
-            known = [of_step[np.isfinite(of_step)] for of_step in values]
-            low, high = np.transpose(
-                [np.quantile(v, (0.05, 0.95)) if len(v) else (np.nan, np.nan) for v in known]
+            grouped = pd.Series(single[name]).groupby(single["step"])
+            low, high = (
+                grouped.quantile(share).reindex(rows["step"]).to_numpy() for share in (0.05, 0.95)
             )
             bands.append(Band(along, low, high, style.colour, 0.10, sideways=sideways))
             half = rows[f"stderr_{name}"]

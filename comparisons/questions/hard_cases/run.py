@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Unpack
 
 import numpy as np
+import pandas as pd
 
 from comparisons.errors import InputError
 from comparisons.facts.methods import METHODS
@@ -87,7 +88,7 @@ class HardCases(Campaign[list[OutcomeRecord], HardCasesRecord]):
             outcome.model_dump() | {"lost": " ".join(map(str, outcome.lost))}
             for outcome in record.outcomes
         ]
-        table = {name: [row[name] for row in rows] for name in OutcomeRecord.model_fields}
+        table = pd.DataFrame(rows, columns=list(OutcomeRecord.model_fields))
         record.write(self.directory / RECORD)
         write_table(self.directory / TABLE, table)
 

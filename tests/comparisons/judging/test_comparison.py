@@ -10,7 +10,6 @@ from comparisons.judging.comparison import compare, main_axis
 from comparisons.judging.levels import Levels
 from comparisons.judging.truth import choose_truth, truths
 from comparisons.judging.uncertainty import share_uncertainty
-from comparisons.results.rows import Rows
 from comparisons.solving.planning import plan_scene
 from comparisons.tasks.solution import Solution
 from reference.halfspace.punches import EDGE_OFFSET
@@ -57,8 +56,7 @@ def plan(scene):
 
 
 def rows_of(result, method, resolution=None):
-    rows = Rows.stacked(result.rows).frame()
-    rows = rows[rows["method"] == method]
+    rows = result.rows[result.rows["method"] == method]
     return rows if resolution is None else rows[rows["resolution"] == resolution]
 
 
@@ -178,7 +176,7 @@ def test_a_method_that_is_refused_has_a_row_with_the_reason(scene):
     assert "no closed form is known" in row["reason"]
     assert not row["converged"]
     assert result.truth is None
-    assert {table["machine"] for table in result.rows} == {"box"}
+    assert set(result.rows["machine"]) == {"box"}
 
 
 def test_a_method_that_lacks_a_quantity_is_compared_in_the_others(plan):

@@ -12,7 +12,6 @@ from comparisons.methods import NoAnswerError, Row, Solver, Step, needed
 from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.methods.registry import SOLVERS, solver_for
 from comparisons.questions.study import Study, solved_in_memory
-from comparisons.results.rows import Rows
 from comparisons.results.scene_record import record_scene
 from comparisons.results.store import load_study
 from comparisons.solving.execution import execute
@@ -90,8 +89,7 @@ def test_a_solver_takes_exactly_the_scenes_of_its_physics(scene):
 def test_errors_along_a_path_are_relative_to_its_largest_value(scene):
     (plan,) = plan_scene(scene(loading=LOOP, **FRICTION))
     result = compare(plan, solved_in_memory(plan, "quick")[1], {})
-    rows = Rows.stacked(result.rows).frame()
-    rows = rows[(rows["method"] == "reduced") & (rows["resolution"] == 10)]
+    rows = result.rows[(result.rows["method"] == "reduced") & (result.rows["resolution"] == 10)]
     load = rows["tangential_force"].to_numpy()
     expected = 0.001 * load / 4.0
     assert rows["error_tangential_displacement"].to_numpy() == pytest.approx(expected, abs=1e-12)
@@ -122,7 +120,7 @@ def test_the_bar_of_a_path_covers_its_error_where_the_values_pass_zero(scene):
 def test_a_step_that_fails_ends_its_path_and_keeps_its_load(scene):
     loading = {"force": "10 N", "tangential_force": ["4 N", "2 N", "8 N"]}
     (plan,) = plan_scene(scene(loading=loading, **FRICTION))
-    rows = Rows.stacked(compare(plan, solved_in_memory(plan, "quick")[1], {}).rows).frame()
+    rows = compare(plan, solved_in_memory(plan, "quick")[1], {}).rows
     rows = rows[(rows["method"] == "reduced") & (rows["resolution"] == 40)]
     assert list(rows["converged"]) == [True, True, False]
     assert list(rows["tangential_force"]) == [4.0, 2.0, 8.0]
