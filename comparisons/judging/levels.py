@@ -40,6 +40,7 @@ from comparisons.tasks.solution import Contact, Solution, Solved
 
 # A variance from fewer surfaces than this says nothing.
 FEWEST = 2
+ROUND_OFF = 1e-12  # relative: what is prescribed scatters by it
 # Multipliers of the constraints settle in some tens of rounds; more change no number of surfaces.
 _ROUNDS = 500
 
@@ -489,9 +490,9 @@ class Levels:
             near = self.anchor.solutions[self._nearest(resolution)]
             for name in solution.quantities.keys() & near.quantities.keys():
                 paired = self._paired(name, resolution).half_width
-                alone = estimate([solution.quantities[name]]).half_width
-                known = np.maximum(paired, alone) > 0  # what is prescribed does not scatter
-                follows.extend(paired[known] < alone[known])
+                alone = estimate([solution.quantities[name]])
+                known = np.maximum(paired, alone.half_width) > ROUND_OFF * np.abs(alone.mean)
+                follows.extend(paired[known] < alone.half_width[known])
         return not follows or bool(np.mean(follows) > 0.5)
 
     def _nearest(self, resolution: int) -> int:

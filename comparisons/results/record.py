@@ -368,11 +368,10 @@ class SceneRecord:
         if surfaces > 1:  # in words what a mean stands on (`comparisons.judging.levels.Levels`)
             dimension = self.dimension_of(method)
             levels = [n for n in self.resolutions_run(method) if n <= resolution]
+            own = sum(first("seconds", level=n) * first("surfaces", 1.0, n) for n in levels)
             beside = ""
-            if dimension == 3 and method != GRID and self.resolutions_run(GRID):
-                levels = [resolution]
-                if total > 1.001 * first("seconds") * surfaces:  # with those of the leading grid
-                    beside = f" beside those of {title_of(GRID)}"
+            if dimension == 3 and method != GRID and total > 1.001 * own:
+                levels, beside = [resolution], f" beside those of {title_of(GRID)}"
             numbers = [count(first("surfaces", 1.0, level)) for level in levels]
             noun = "lines" if dimension == 1 else "surfaces"
             solves = f"{' + '.join(numbers)} {noun}{beside}"

@@ -409,6 +409,8 @@ def _waves(scene: Scene) -> str:
     if table is None or table.at_rest or not (isinstance(ball, Sphere | Paraboloid) and uniform):
         return said
     modulus, nu, radius = scene.half_space.modulus, scene.half_space.nu, ball.radius
+    if nu < 0:  # beyond the range of `radiation_number`
+        return said
     speed = max(table.velocity.values)
     density = table.mass / (4 / 3 * np.pi * radius**3)
     depth = (15 / 16 * table.mass * speed**2 / (scene.effective_modulus * radius**0.5)) ** 0.4

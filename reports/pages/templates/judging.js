@@ -166,10 +166,10 @@ const judgeBadges = (scene, badges) => { // one for each judged method, in a hea
   const tolerance = sceneTolerance(scene);
   Object.values(scene.judged).filter((verdicts) => verdicts.length).forEach((verdicts, place) => {
     const worst = worstOf(verdicts, tolerance);
-    if (!badges[place] || !worst) return;
-    asBadge(badges[place], wordFor(worst, tolerance));
+    if (!badges[place]) return;
+    asBadge(badges[place], worst ? wordFor(worst, tolerance) : "no result");
     const told = badges[place].nextElementSibling?.querySelector(".told");
-    if (told) told.textContent = worst.text;
+    if (told && worst) told.textContent = worst.text;
   });
 };
 

@@ -163,11 +163,18 @@ def test_what_is_not_asked_for_is_left_out_and_said(scene, rough):
 
 
 @pytest.mark.parametrize(
-    ("speed", "told"), [(7, "about 4.9"), (70e-3, "about 0.31"), (500, "a large part")]
+    ("speed", "nu", "told"),
+    [
+        (7, 0.3, "about 4.9"),
+        (70e-3, 0.3, "about 0.31"),
+        (500, 0.3, "a large part"),
+        (7, -0.2, "it has no mass: right while"),  # Johnson's number is not given below zero
+    ],
 )
-def test_waves_that_an_impact_leaves_out_are_told_by_what_they_would_take(scene, speed, told):
+def test_waves_that_an_impact_leaves_out_are_told_by_what_they_would_take(scene, speed, nu, told):
     """A steel ball on steel; `wave_impact`, which keeps all orders, has 4.8 % and 0.31 %."""
     changes = {"dynamics.mass": "32.7 g", "dynamics.velocity": speed}
+    changes["half_space.poisson_ratio"] = nu
     ball = load_scene("impact-ball", changes)
     (plan,) = plan_scene(ball)
     assert told in dict(plan.left_out)["waves in the half-space"]
