@@ -17,8 +17,10 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 
 # No deadline: the first example of a test may have to compile. The same examples in every run, so
-# that a change is to blame for what it breaks; `pytest --hypothesis-profile=search` looks further.
+# that a change is to blame for what it breaks; `.ci/nightly` takes 100 of them, and
+# `pytest --hypothesis-profile=search` looks further.
 settings.register_profile("roughline", deadline=None, derandomize=True, max_examples=40)
+settings.register_profile("nightly", settings.get_profile("roughline"), max_examples=100)
 settings.register_profile("search", deadline=None, max_examples=1000)
 settings.load_profile("roughline")
 

@@ -9,10 +9,12 @@ from scipy.optimize import brentq
 from scipy.special import ellipkm1
 
 from reference.closed_form import PartialSlip, paraboloid, stiffness_ratio
+from reference.contact.press import press
 from reference.halfspace import areas
 from reference.halfspace.friction import FrictionalPress, sweep, tangential_stiffness
 from reference.halfspace.traction import Compliance, NormalAndTangential, cell_integrals
-from reference.loads import LoadPath
+from reference.loads import Load, LoadPath
+from reference.surfaces import SelfAffine, self_affine
 
 MU = 0.4
 
@@ -101,6 +103,30 @@ def test_free_operator_is_the_sum_over_cells():
     assert np.allclose(body.lift(q), expected[2], rtol=0, atol=1e-13 * 5)
 
 
+def test_a_wave_of_traction_shears_lifts_and_is_dragged():
+    """Traction cos k.x moves by cos k.x/(G k) across k (antiplane), 1 - nu times that along k.
+
+    Along k it lifts by (1 - 2 nu)/(2 G k) sin k.x; pressure drags as much backwards. To round-off.
+    """
+    nu, G = 0.3, 2.0
+    body = NormalAndTangential((12, 16), (0.5, 0.25), Compliance.of(G, nu), periodic=True)
+    x, y = np.ix_(np.arange(12) * 0.5, np.arange(16) * 0.25)
+    k = 2 * np.pi * np.array([3 / 6.0, 5 / 4.0])
+    wave, behind = np.cos(k[0] * x + k[1] * y), np.sin(k[0] * x + k[1] * y)
+    along = (k / np.hypot(*k))[:, None, None]
+    across = along[::-1] * np.array([-1, 1])[:, None, None]
+    unit = 1 / (G * np.hypot(*k))
+    pull = (1 - 2 * nu) / 2 * unit * behind
+    for result, expected in (
+        (body.shear(across * wave), unit * across * wave),
+        (body.shear(along * wave), (1 - nu) * unit * along * wave),
+        (body.lift(across * wave), 0.0),
+        (body.lift(along * wave), pull),
+        (body.drag(wave), -along * pull),
+    ):
+        assert np.abs(result - expected).max() < 1e-14 * unit
+
+
 @pytest.mark.parametrize(("half_y", "bound"), [(1.0, 6e-4), (0.5, 4e-3)])
 def test_ellipses_are_as_stiff_as_mindlin_says(half_y, bound):
     """k_x/k_z over nu, both directions: edges cost both alike, the ratio keeps 1e-4 to 4e-3.
@@ -140,6 +166,30 @@ def test_cattaneo_force_converges():
         errors.append(np.sqrt(np.mean(np.square(result))))
     assert np.log2(errors[0] / errors[2]) / 2 > 1.7
     assert errors[2] < 2e-3
+
+
+def test_a_periodic_path_at_zero_poisson_ratio_is_a_sum_of_normal_solutions():
+    """One operator serves both directions: Jaeger's and Ciavarella's superposition on the grid.
+
+    F_x = 0.6 mu F, then -0.2 mu F, on a rough surface. Slip keeps 1e-7, pressures are worse by the
+    condition of a cell.
+    """
+    body = body_of(24, 24.0, 0.0, periodic=True)
+    rough = SelfAffine(hurst=0.8, rms_slope=0.1, short_cutoff=4.0)
+    height = self_affine(24, 24.0, rough, seed=0, realisation=0)
+    gap, force = height.max() - height, 0.004 * 24.0**2
+    *_, last = sweep(
+        FrictionalPress(body, gap, MU, coupled=False),
+        *paths(force=force, tangential_force=np.array([0.6, -0.2]) * MU * force),
+        tolerance=1e-7,
+    )
+    whole, unmoved, turned = (
+        press(body.normal, gap, Load("force", share * force), tolerance=1e-10).pressure
+        for share in (1.0, 1 - 0.6, 1 - 0.8 / 2)
+    )
+    expected = MU * (whole - unmoved - 2 * (whole - turned))
+    assert np.abs(last.traction[0] - expected).max() < 2e-4 * MU * whole.max()
+    assert np.abs(last.traction[1]).max() < 2e-4 * MU * whole.max()
 
 
 def conditions(body, step, before, coupled: bool) -> tuple[float, float]:

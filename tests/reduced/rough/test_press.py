@@ -193,17 +193,20 @@ def rough(n, rng, lines=1):
 
 
 @pytest.mark.parametrize("edges", EDGES)
+@pytest.mark.parametrize("periodic", [True, False])
 @pytest.mark.parametrize("points", [512, 1500])
-def test_ensemble_equals_line_by_line(points, edges):
+def test_ensemble_equals_line_by_line(points, periodic, edges):
     """Ordered heights up to 1024 points, a ladder of levels beyond."""
     lines = rough(points, np.random.default_rng(1), 3)
     force = np.geomspace(1e-3, 10, 20)
-    together = press(RoughLines(lines, 0.1), 2.0, Load("force", force), edges=edges)
+    together, *alone = (
+        press(RoughLines(part, 0.1, periodic=periodic), MODULUS, Load("force", force), edges=edges)
+        for part in (lines, *lines)
+    )
     assert together.contact_area.shape == (3, 20)
     for row, line in enumerate(lines):
-        alone = press(RoughLines(line, 0.1), 2.0, Load("force", force), edges=edges)
-        np.testing.assert_array_equal(alone.contact_area[0], together.contact_area[row])
-        compare(together, row, line, 0.1, edges, True)
+        np.testing.assert_array_equal(alone[row].contact_area[0], together.contact_area[row])
+        compare(together, row, line, 0.1, edges, periodic)
 
 
 @pytest.mark.parametrize("control", ["force", "penetration", "mean_gap"])
