@@ -63,6 +63,7 @@ def _bare(claim: ClaimRecord, file: Claim) -> ClaimRecord:
     """Leave out details of points; the claim is in the words of its file, the finding in ours."""
     changed = {
         "text": file.text,
+        "what": file.what,
         "refuted_by": file.refuted_by,
         "author": file.author,
         "confirmed_by": file.confirmed_by,

@@ -30,9 +30,10 @@ def claims_on(scene: Scene) -> list[ClaimRecord]:
             changes = keys.get("changes", {}) | side.get("changes", {})
             claimed = load_scene(beside if beside.is_file() else side["scene"], changes)
             if _kind(claimed) == own:
-                found.append(stored()[name])
-    found.sort(key=lambda claim: -abs(np.log(claim.tolerance / scene.compare.tolerance)))
-    return list({(claim.what, claim.parameter): claim for claim in found}.values())
+                claim = stored()[name]
+                found.append((f"{claim.what}, {claim.parameter}, {changes}", claim))
+    found.sort(key=lambda pair: -abs(np.log(pair[1].tolerance / scene.compare.tolerance)))
+    return list(dict(found).values())
 
 
 def _kind(scene: Scene) -> Any:

@@ -17,7 +17,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationError, field_validator, model_validator
 
 from comparisons.errors import InputError
-from comparisons.facts.methods import MODEL, method_named
+from comparisons.facts.methods import METHODS, MODEL, method_named
 from comparisons.facts.quantities import COMPARABLE, DISTRIBUTIONS, FIELDS
 from comparisons.questions.claims.families import HERE, builtin_claims, read_family
 from comparisons.questions.claims.parameters import (
@@ -173,6 +173,19 @@ class Claim(SceneTable):
         if self.says == "chapter":
             return f"chapter, {self.reading}"
         return self.citation if self.says == "literature" else self.says
+
+    @property
+    def what(self) -> str:
+        """What is measured, in words."""
+        if self.experiment is not None:
+            return EXPERIMENTS[self.experiment].title
+        names = " and ".join(name.replace("_", " ") for name in self.quantity)
+        at = f" at equal {self.at}" if self.at else ""
+        stated, true = self.sides()
+        parts = [] if true.same_scene(stated) else [true.words]
+        parts += [METHODS[true.method].title] if true.method else []
+        against = f", against {' by '.join(parts)}" if parts else ""
+        return f"{names}{at} on {stated.words}{against}"
 
     @property
     def as_stated(self) -> dict[str, float]:

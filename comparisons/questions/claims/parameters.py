@@ -20,6 +20,7 @@ from comparisons.scene.units import dimension_of, number_and_unit, to_si
 RESOLUTION = "resolution"
 MOST_STEPS = 200
 MOST_BISECTIONS = 40
+MOST_PRINTED = 4  # members of a list
 
 
 def _listed(value: Any) -> Any:
@@ -84,8 +85,30 @@ class Side(SceneTable):
         """What it is, for the page of a claim."""
         if not self.solved:
             return f"{self.number:g} {self.unit} ({self.source})"
-        options = "".join(f", {key} = {value}" for key, value in self.changes.items())
+        options = "".join(f", {key} = {value}" for key, value in _leaves(self.changes).items())
         return f"the scene {self.scene}{options}"
+
+
+def _leaves(table: dict[str, Any]) -> dict[str, str]:
+    """Return the values in words by their dotted keys; of a key that is set twice the last one.
+
+    >>> _leaves({"loading": {"time": [0, "1 s"], "substeps": 10}, "loading.time": [0, "2 s"]})
+    {'loading.time': '[0, 2 s]', 'loading.substeps': '10'}
+    >>> _leaves({"indenter.vertices": 6 * [["1 mm", "0 mm"]], "loading.penetration": ["1 um"]})
+    {'indenter.vertices': '6 points', 'loading.penetration': '1 um'}
+    """
+    leaves: dict[str, str] = {}
+    for key, value in table.items():
+        if isinstance(value, dict):
+            leaves |= {f"{key}.{name}": text for name, text in _leaves(value).items()}
+        elif not isinstance(value, list):
+            leaves[key] = str(value)
+        elif len(value) > MOST_PRINTED or any(isinstance(item, list) for item in value):
+            leaves[key] = f"{len(value)} points"
+        else:
+            texts = [str(item) for item in value]
+            leaves[key] = texts[0] if len(texts) == 1 else f"[{', '.join(texts)}]"
+    return leaves
 
 
 class Span(SceneTable):

@@ -149,7 +149,7 @@ def judged_claim(claim: Claim, effort: Effort, seed: int = SEED) -> Inquiry[Clai
     return ClaimRecord(
         **claim.model_dump(include=COPIED),
         author=claim.author,
-        what=_subject(claim),
+        what=claim.what,
         quantity=list(claim.quantity),
         parameter=claim.parameter,
         spacing="linear" if claim.vary is None else claim.vary.spacing,
@@ -282,19 +282,6 @@ MEASUREMENT = Archive(
     load=_load,
     is_final=lambda measured: bool(np.isfinite([measured.error, measured.uncertainty]).all()),
 )
-
-
-def _subject(claim: Claim) -> str:
-    """Return the measured quantity in words."""
-    if claim.experiment is not None:
-        return EXPERIMENTS[claim.experiment].title
-    names = " and ".join(name.replace("_", " ") for name in claim.quantity)
-    at = f" at equal {claim.at}" if claim.at else ""
-    stated, true = claim.sides()
-    parts = [] if true.same_scene(stated) else [true.words]
-    parts += [METHODS[true.method].title] if true.method else []
-    against = f", against {' by '.join(parts)}" if parts else ""
-    return f"{names}{at} on {stated.words}{against}"
 
 
 _HOME = Path(__file__).resolve().parents[3]

@@ -305,6 +305,9 @@ def test_of_another_surface_or_body_nothing_was_measured():
         ("coated-ball", {"half_space.layers.0.thickness": "1 nm"}, "hard-coating-thin-1"),
         ("coated-ball", {"methods.reduced.layers": "layer"}, "hard-coating-thick-1"),
         ("graded-ball", {"indenter": CONE}, None),
+        ("rubber-ball", {}, "viscoelastic-again"),
+        ("triangle-punch", {}, "punch-hexagon"),
+        ("triangle-punch", {}, "punch-l"),  # in words the same: 6 points
         ("worn-ball", {}, "worn-ball"),
         ("friction-steel", {}, "partial-slip-rigid"),
     ],
@@ -315,6 +318,7 @@ def test_claims_are_on_scenes_of_a_kind(name, changes, claim):
     assert (claim in found) if claim else not found
     assert "hard-coating-thin-10" not in found  # the same measurements at another tolerance
     assert "cattaneo-shift" not in found  # is on one printed number
+    assert "viscoelastic-loading" not in found  # is on rubber of another model
 
 
 def test_beyond_all_that_was_measured_nothing_is_within_but_by_a_theorem():
