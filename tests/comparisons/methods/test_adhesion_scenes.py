@@ -163,15 +163,32 @@ def test_a_long_range_does_not_depend_on_the_listed_loads(solved):
         np.testing.assert_array_equal(held, [True, True, False])
 
 
-def scene_in(unit: float):
+def scene_in(unit: float, more: str = ""):
     """Return a ball that comes, is pressed on and leaves, all lengths times a unit."""
     depths = [-6e-6 * unit, 2e-6 * unit, -6e-6 * unit]
     text = BALL.replace("0.05", repr(0.05 * unit)).format(
         indenter=f'shape = "paraboloid"\nradius = {0.01 * unit!r}',
         loading=f"penetration = {depths!r}\nsubsteps = 4",
-        more="",
+        more=more,
     )
     return parse_scene(text, "ball.toml", Path.cwd())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("unit", [1e-9, 1e6])
+@pytest.mark.parametrize(("method", "cells"), [("bem_fft", 8), ("reduced", 8), ("closed_form", 1)])
+def test_a_range_does_not_hang_on_the_unit_of_length(curves, method, cells, unit):
+    """To 1e-6: equilibria of the grid are solved to 1e-7 of the tension, folds to 1e-6.
+
+    No depth is that of first attraction, where one digit more or less is a jump.
+    """
+    old, new = (
+        curves(scene_in(one, more=f"range = {2.2e-6 * one!r}"), method, cells)
+        for one in (1.0, unit)
+    )
+    for name in ("force", "contact_area", "pull_off_force"):
+        scale = np.abs(old[name]).max()
+        np.testing.assert_allclose(new[name] / unit**2, old[name], rtol=0, atol=1e-6 * scale)
 
 
 @pytest.mark.parametrize("unit", [1e-12, 1e-9, 1e-6, 1e-3, 1e3, 1e6])
