@@ -3,13 +3,16 @@
 from dataclasses import astuple, replace
 from functools import partial
 
+import numpy as np
 import pytest
 
-from comparisons.judging.verdicts import NO_RESULT, word_for, worst
+from comparisons.judging.truth import CLINGS
+from comparisons.judging.verdicts import NAN, NO_RESULT, OUTSIDE, word_for, worst
 from comparisons.reasons import STEEP
 from comparisons.results.advice import advise
 from comparisons.results.finding import finding
 from comparisons.results.rows import Rows
+from comparisons.results.scene_record import explained
 from reports.pages.study import write_report
 
 pytestmark = pytest.mark.slow
@@ -33,7 +36,7 @@ def asked_anew(study, tolerance, counted=None):
         limit = tolerance or scene.tolerance
         judged = tuple(
             verdict
-            if verdict.word == NO_RESULT
+            if verdict.word in (NO_RESULT, OUTSIDE) and np.isnan(verdict.low)
             else replace(verdict, tolerance=limit, word=word_for(verdict.low, verdict.high, limit))
             for verdict in scene.verdicts
         )
@@ -101,15 +104,28 @@ def steep_surfaces(scene):
     return replace(scene, plan=replace(scene.plan, notes=(f"{STEEP}: h' = 3",)))
 
 
+def clinging_lines(scene):
+    out = {"word": OUTSIDE, "low": NAN, "high": NAN, "reason": CLINGS}
+    lines = (replace(v, **out) if v.method == "reduced" else v for v in scene.verdicts)
+    return replace(scene, verdicts=tuple(lines))
+
+
+def unjudged_gap(scene):
+    asked = replace(scene, quantities=(*scene.quantities, "mean_gap"))
+    return replace(asked, verdicts=explained(asked))
+
+
 @pytest.mark.parametrize(
     ("changed", "said"),
     [
         (slow_lines, "no need"),
         (lucky_lines, "not known"),
         (steep_surfaces, "for small slopes only"),
+        (clinging_lines, CLINGS),
+        (unjudged_gap, "for d, A only"),
     ],
 )
-def test_lines_that_cost_more_or_hold_by_chance_or_on_steep_surfaces_are_not_recommended(
+def test_lines_are_recommended_only_where_they_cost_less_and_are_known_to_hold(
     visit, study, tmp_path, changed, said
 ):
     """At 50 % the lines of the rough ensemble are within; both languages say what that is worth."""
