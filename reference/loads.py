@@ -5,7 +5,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from reference.arrays import Array
+from reference.arrays import Array, Mask
+
+_ROUND_OFF = 1e-12  # of the sum that a normal force is, relative to it
+
+
+def slides(tangential: ArrayLike, limit: float) -> Mask:
+    """Tell where a prescribed tangential force reaches the limit mu F: nothing holds it there.
+
+    >>> slides([0.2, 0.3, -0.4], 0.1 * 3).tolist()
+    [False, True, True]
+    """
+    return np.logical_not(np.abs(tangential) < limit * (1 - _ROUND_OFF))
 
 
 @dataclass(frozen=True, eq=False, init=False)

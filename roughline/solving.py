@@ -44,7 +44,7 @@ class Solution(SingleResult):
     solution : comparisons.tasks.solution.Solution
         As the method returned it.
     converged : bool
-        Whether every load step has an answer; that no equilibrium exists is one.
+        Whether every load step has an answer; that no equilibrium exists, or many do, is one.
     reasons : list of str
         Why load steps have no values.
     """

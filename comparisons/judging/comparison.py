@@ -75,6 +75,7 @@ def compare(
             "step": float("nan"),
             "converged": False,
             "no_equilibrium": False,
+            "undetermined": False,
             "reason": planned.reason,
         }
         for planned in plan.methods
@@ -142,9 +143,10 @@ def _solution_tables(
         "violation": solution.violation[shown].ravel(),
         "converged": solution.converged[shown].ravel(),
         "no_equilibrium": solution.parted[shown].ravel(),
+        "undetermined": solution.undetermined[shown].ravel(),
         "reason": reasons.ravel(),
     }
-    gone = solution.parted_steps
+    gone = solution.valueless_steps
     columns = _columns(plan, curves, names, common, truth, gone)
     if count > 1:  # bars and the machine are in the rows of the mean
         columns = {name: v for name, v in columns.items() if not name.startswith(BARS)}
@@ -158,9 +160,11 @@ def _solution_tables(
     yield pd.DataFrame(common | columns | own)
     if count > 1:
         means = {name: values[None, :] for name, values in levels.curves(resolution).items()}
-        own = {"converged": solution.converged.all(axis=0), "no_equilibrium": gone} | {
-            f"stderr_{name}": levels.standard_error(name, resolution) for name in means
-        }
+        own = {
+            "converged": solution.converged.all(axis=0),
+            "no_equilibrium": solution.parted.all(axis=0),
+            "undetermined": solution.undetermined.all(axis=0),
+        } | {f"stderr_{name}": levels.standard_error(name, resolution) for name in means}
         yield pd.DataFrame(common | _columns(plan, means, ["mean"], common, truth, gone) | own)
 
 
@@ -247,7 +251,7 @@ def _verdicts(
             # a quantity is never compared at itself, nor where it is prescribed
             if at == name or (name in plan.loads.columns and not plan.loads.compares_itself):
                 continue
-            errors = truth.errors(curves, name, at, solution.parted_steps)
+            errors = truth.errors(curves, name, at, solution.valueless_steps)
             bars = combined(*truth.error_sources(levels, resolution, name, at).values())
             single = single_errors(truth.errors(solution.quantities, name, at))
             band = {}

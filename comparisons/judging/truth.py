@@ -95,14 +95,16 @@ class Truth:
 
         Curves are (k,), or (m, k) of several realisations. At the prescribed load the values are
         compared step by step; at the other one the truth is interpolated. NaN where either does
-        not know the quantity; where no equilibrium exists, to say so (`apart`, (k,)) is right.
+        not know the quantity. Where no equilibrium exists, to say so (`apart`, (k,)) is right, and
+        where many do, any value is.
         """
         if not (self.knows(name, curves) and (at == self.axis or self.knows(at, curves))):
             return np.full_like(curves.get(name, self.solution.converged[0]), np.nan, dtype=float)
         if at == self.axis:
             error = relative_error(curves[name], self.curves[name], path=self.path)
-            right = apart & self.solution.parted_steps & np.isfinite(error).any()
-            return np.where(right, 0.0, error)
+            right = apart & self.solution.valueless_steps
+            right = right | (self.solution.undetermined.all(axis=0) & np.isfinite(curves[name]))
+            return np.where(right & np.isfinite(error).any(), 0.0, error)
         return relative_error(curves[name], self.value(name, at, curves[at]))
 
     def why_missing(self, curves: Curves, name: str, at: str, lost: np.ndarray) -> str:
@@ -110,7 +112,7 @@ class Truth:
         true, same = self.curves[name], at == self.axis
         kinds = {
             "no answer": np.isnan(curves[name]),
-            CLINGS: same & self.solution.parted_steps,
+            CLINGS: same & self.solution.parted.all(axis=0),
             "infinite": np.isinf(curves[name]),
             "the reference has no value": same & ~np.isfinite(true),
             "zero in the reference": same & (true == 0),
@@ -336,7 +338,7 @@ def solution_of(solved: Solved, method: str, axis: str) -> Truth | None:
 
 def _candidate(levels: Levels, resolution: int, axis: str) -> Truth:
     curves, solution = levels.curves(resolution), levels.solutions[resolution]
-    steps, gone = solution.converged.shape[1], solution.parted_steps
+    steps, gone = solution.converged.shape[1], solution.valueless_steps
     residual = np.where(np.isnan(solution.violation), 0.0, solution.violation).max(axis=0)
     sources: dict[str, Sources] = {}
     for name in curves:

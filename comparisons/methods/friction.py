@@ -58,8 +58,8 @@ def held_steps(task: Task, friction: float, force: float) -> int:
     """Return how many steps of the path come before the contact slides as a whole."""
     if task.loads.control != "tangential_force":
         return len(task.loads.values)
-    above = np.abs(task.loads.values) > friction * force
-    return int(np.argmax(above)) if above.any() else len(above)
+    sliding = reference_loads.slides(task.loads.values, friction * force)
+    return int(np.argmax(sliding)) if sliding.any() else len(sliding)
 
 
 def finer_path(task: Task, per_radius: int, coupled: bool) -> tuple[Paths, np.ndarray]:
@@ -227,13 +227,11 @@ class ClosedFormFriction(FormSolver):
             path = slip.along(loads[:held])
             moved_to, sticking = path.tangential_displacement, np.pi * path.stick_radius**2
         for step, value in enumerate(loads):
+            if step == held:
+                raise NoEquilibriumError(SLIDES)
             if not self.flat:
-                if step == held:
-                    raise NoEquilibriumError(SLIDES)
                 at, force, stuck = float(moved_to[step]), float(value), float(sticking[step])
             elif task.loads.control == "tangential_force":
-                if abs(value) > slip.limit:
-                    raise NoEquilibriumError(SLIDES)
                 at, force = at + (value - force) / stiffness, float(value)
             else:
                 moved = force + stiffness * (value - at)

@@ -8,11 +8,10 @@ fitted to the contact at each speed, because fast rubber is stiff and its contac
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
-from functools import partial, wraps
+from functools import partial
 from itertools import pairwise
-from typing import TypeVar
 
 import numpy as np
 
@@ -23,7 +22,7 @@ from comparisons.methods.normal.closed_form import FormSolver
 from comparisons.methods.normal.grid import Grid, make_grid
 from comparisons.methods.normal.reduced import ProfileSolver, line_picture
 from comparisons.methods.normal.reduced_lines import LineSolver
-from comparisons.methods.solver import Refused, Solver, needed
+from comparisons.methods.solver import G, Refused, Solver, needed
 from comparisons.scene.indenters.indenter import Indenter
 from comparisons.scene.loading import AbsoluteLoads, loads_of
 from comparisons.scene.physics.tables.viscoelastic import Viscoelastic
@@ -52,7 +51,6 @@ from reference.viscoelastic.rubber import (
 )
 from reference.viscoelastic.travelling import Travelling
 
-S = TypeVar("S", bound=Solver)
 PHYSICS = frozenset({"viscoelastic"})
 # Steps in time of a whole history for each spring or cell per contact radius.
 STEPS_OF_SPRINGS = 4
@@ -102,25 +100,6 @@ def _until_let_go(loads: AbsoluteLoads) -> AbsoluteLoads:
     return replace(loads, values=loads.values[held], times=_times(loads)[held])
 
 
-def _while_held(solve: Callable[[S, Task], Solution]) -> Callable[[S, Task], Solution]:
-    """Decorate `solve`: it answers as long as there is a force."""
-
-    @wraps(solve)
-    def held(solver: S, task: Task) -> Solution:
-        loads = _until_let_go(task.loads)
-        solution, steps = solve(solver, replace(task, loads=loads)), task.shape[1]
-        missing = steps - loads.values.size
-        if not missing:
-            return solution
-        rest = Solution.empty(replace(task, loads=replace(loads, values=np.zeros(missing))))
-        for index in np.ndindex(rest.converged.shape):
-            rest.fail((index[0], index[1]), LET_GO, parted=True)
-        fields = solution.fields
-        return replace(Solution.concat([solution, rest], STEPS), fields=fields)
-
-    return held
-
-
 def _times(loads: AbsoluteLoads) -> np.ndarray:
     return needed(loads.times, "no history in time")
 
@@ -144,11 +123,28 @@ def _values(loads: AbsoluteLoads, times: np.ndarray) -> np.ndarray:
     return np.interp(times, _times(loads), loads.values)
 
 
-class ReducedMemory(ProfileSolver):
+class InTime(Solver[G]):
+    """What walks through a history of loads, as long as there is a force."""
+
+    physics = PHYSICS
+
+    def solve(self, task: Task[G]) -> Solution:
+        """Solve the steps up to where the body is let go."""
+        loads = _until_let_go(task.loads)
+        solution = super().solve(replace(task, loads=loads))
+        missing = task.shape[1] - loads.values.size
+        if not missing:
+            return solution
+        rest = Solution.empty(replace(task, loads=replace(loads, values=np.zeros(missing))))
+        for row, step in np.ndindex(rest.converged.shape):
+            rest.fail((row, step), LET_GO, undetermined=True)
+        return replace(Solution.concat([solution, rest], STEPS), fields=solution.fields)
+
+
+class ReducedMemory(InTime[IndenterGeometry], ProfileSolver):
     """Springs with memory, exact in time under a prescribed depth."""
 
     name = "reduced"
-    physics = PHYSICS
     beside = "each with the memory of (19.31), on its own"
     only_indenters = "viscoelastic rough lines are implemented for sliding only"
 
@@ -156,8 +152,7 @@ class ReducedMemory(ProfileSolver):
         super().__init__(scene)
         self.edges, self.material = scene.methods.reduced.edges, springs_of(_pressed(scene))
 
-    @_while_held
-    def solve(self, task: Task[IndenterGeometry]) -> Solution:
+    def steps(self, task: Task[IndenterGeometry], _: np.ndarray) -> Iterator[Step]:
         """Walk through the history once."""
         loads, springs = task.loads, task.resolution
         forced = loads.control == "force"
@@ -174,9 +169,11 @@ class ReducedMemory(ProfileSolver):
             "equivalent_radius": history.contact_radius[::parts],
             "contact_length": history.contact_length[::parts],
         }
-        solution = Solution.of(task, curves, unknowns=int(2 * widest / history.spacing))
-        solution.fields = line_picture(self.profile, float(deepest), float(widest), history.spacing)
-        return solution
+        unknowns = int(2 * widest / history.spacing)
+        size = float(deepest), float(widest), history.spacing
+        for values in zip(*curves.values(), strict=True):
+            at = dict(zip(curves, map(float, values), strict=True))
+            yield Step(at, unknowns=unknowns, fields=partial(line_picture, self.profile, *size))
 
 
 def circular(form: closed_forms.ClosedForm) -> closed_forms.ClosedForm:
@@ -186,11 +183,10 @@ def circular(form: closed_forms.ClosedForm) -> closed_forms.ClosedForm:
     return form
 
 
-class ClosedFormMemory(FormSolver):
+class ClosedFormMemory(InTime[IndenterGeometry], FormSolver):
     """Lee & Radok's and Ting's integrals, on the static closed form."""
 
     name = "closed_form"
-    physics = PHYSICS
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
@@ -203,8 +199,7 @@ class ClosedFormMemory(FormSolver):
             raise Refused(str(error)) from error
         self.note = f"{SOURCES}; {self.note}"
 
-    @_while_held
-    def solve(self, task: Task[IndenterGeometry]) -> Solution:
+    def steps(self, task: Task[IndenterGeometry], _: np.ndarray) -> Iterator[Step]:
         """Evaluate the integrals at every time."""
         curve = self._integrated(task.loads, np.arange(task.loads.values.size))
         curves = {
@@ -212,7 +207,8 @@ class ClosedFormMemory(FormSolver):
             "force": curve.force,
             "equivalent_radius": curve.contact_radius,
         }
-        return Solution.of(task, curves, violation=0.0)
+        for values in zip(*curves.values(), strict=True):
+            yield Step(dict(zip(curves, map(float, values), strict=True)), violation=0.0)
 
     def _integrated(self, loads: AbsoluteLoads, steps: np.ndarray) -> reference.Curve:
         """Evaluate the integral of the control at some of the steps."""
@@ -225,10 +221,9 @@ class ClosedFormMemory(FormSolver):
         )
 
 
-class GridMemory(BemFft):
+class GridMemory(InTime[Geometry], BemFft):
     """The half-space in time: a contact problem per step, on a surface that remembers."""
 
-    physics = PHYSICS
     beside = "pressures linear in time, with all memory"
 
     def __init__(self, scene: Scene) -> None:
@@ -244,11 +239,6 @@ class GridMemory(BemFft):
         if not isinstance(geometry, IndenterGeometry):
             return super().resolutions(geometry)[:2]
         return self.series(64, 32, 128)
-
-    @_while_held
-    def solve(self, task: Task) -> Solution:
-        """Walk through the history on each grid."""
-        return super().solve(task)
 
     def _steps(
         self, task: Task, operator: ElasticBody, grid: Grid, loads: np.ndarray

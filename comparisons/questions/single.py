@@ -50,7 +50,7 @@ class SingleResult:
 
     @property
     def converged(self) -> bool:
-        """Whether every load step of every realisation has an answer, "no equilibrium" included."""
+        """Whether every load step of every realisation has an answer, be it one without values."""
         return bool(self.solution.answered.all())
 
     @property

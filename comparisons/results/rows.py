@@ -14,7 +14,7 @@ TEXTS = frozenset(
     {"scene", "method", "options", "realisation", "reference", "reason", "machine"}
     | {"quantity", "at", "verdict", "outside_band"}
 )
-FLAGS = frozenset({"converged", "no_equilibrium"})
+FLAGS = frozenset({"converged", "no_equilibrium", "undetermined"})
 # How they are written, by us and by spreadsheets.
 YES, NO = ["true", "1", "1.0"], ["false", "0", "0.0"]
 # Of the others, which are numbers, those that are whole.
@@ -88,8 +88,8 @@ class Rows:
 
     @property
     def lost(self) -> np.ndarray:
-        """Which have no answer, and not because no equilibrium exists."""
-        return ~(self["converged"] | self["no_equilibrium"])
+        """Which have no answer, and not because no equilibrium exists, or many do."""
+        return ~(self["converged"] | self["no_equilibrium"] | self["undetermined"])
 
     def where(self, chosen: np.ndarray) -> Rows:
         """Return the rows of a mask, or at some places in their order."""

@@ -9,6 +9,7 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
+from comparisons.formatting import listed
 from comparisons.reasons import near
 from comparisons.scene.body import body_problems
 from comparisons.scene.fields import excerpt
@@ -75,7 +76,7 @@ def _other_kinds(key: str, model: type[BaseModel], tables: list[str]) -> str:
         if name in kind.model_fields
         for tag in get_args(kind.model_fields[name].annotation)
     ]
-    return f"; only {' or '.join(tags)} has it" if tags else ""
+    return f"; only {listed(tags)} {'has' if len(tags) == 1 else 'have'} it" if tags else ""
 
 
 def _elsewhere(key: str, model: type[BaseModel], table: str) -> str:

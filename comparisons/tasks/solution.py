@@ -75,7 +75,9 @@ class Solution:
     # or are not defined for the method.
     quantities: dict[str, np.ndarray]
     converged: np.ndarray
-    parted: np.ndarray  # where no equilibrium exists: an answer, too, of a step without values
+    # Where no equilibrium exists, and where many do: answers, too, of a step without values.
+    parted: np.ndarray
+    undetermined: np.ndarray
     # Solver iterations, and the largest relative overlap or tension (NaN for direct methods).
     iterations: np.ndarray
     violation: np.ndarray
@@ -136,6 +138,7 @@ class Solution:
             quantities={},
             converged=np.zeros(task.shape, dtype=bool),
             parted=np.zeros(task.shape, dtype=bool),
+            undetermined=np.zeros(task.shape, dtype=bool),
             iterations=np.zeros(task.shape, dtype=int),
             violation=np.full(task.shape, np.nan),
             unknowns=unknowns,
@@ -179,13 +182,13 @@ class Solution:
 
     @property
     def answered(self) -> np.ndarray:
-        """Where it has an answer, be it that no equilibrium exists (realisations, steps)."""
-        return self.converged | self.parted
+        """Where it has an answer, be it that no equilibrium exists, or many; as `converged`."""
+        return self.converged | self.parted | self.undetermined
 
     @property
-    def parted_steps(self) -> np.ndarray:
-        """At which load steps no equilibrium exists, whatever the realisation, (steps,)."""
-        return np.asarray(self.parted.all(axis=0))
+    def valueless_steps(self) -> np.ndarray:
+        """At which load steps it answers without values, whatever the realisation, (steps,)."""
+        return np.asarray((self.parted | self.undetermined).all(axis=0))
 
     def put_distributions(self, row: int, histograms: Mapping[str, np.ndarray]) -> None:
         """Store the distributions of one realisation at the last load."""
@@ -216,10 +219,18 @@ class Solution:
         if shown or not FROM_PRESSURE.isdisjoint(task.quantities):
             self.pressures[index] = build
 
-    def fail(self, index: tuple[int, int], reason: str, *, parted: bool = False) -> None:
-        """Record that one step has no answer, or is `parted`, and why in one line."""
+    def fail(
+        self,
+        index: tuple[int, int],
+        reason: str,
+        *,
+        parted: bool = False,
+        undetermined: bool = False,
+    ) -> None:
+        """Record that one step has no answer, or none with values, and why in one line."""
         self.reasons[index] = one_line(f"no equilibrium: {reason}" if parted else reason)
-        self.converged[index], self.parted[index] = False, parted
+        self.converged[index] = False
+        self.parted[index], self.undetermined[index] = parted, undetermined
 
     def refuse_nan(self) -> None:
         """Take away the answer of each step that failed, or has a quantity that is no number.
@@ -318,7 +329,7 @@ Solved = dict[tuple[str, int], Solution]
 
 
 PREFIX = "solution."
-_ARRAYS = ("converged", "parted", "iterations", "violation")
+_ARRAYS = ("converged", "parted", "undetermined", "iterations", "violation")
 _NUMBERS = (
     *("unknowns", "truncation", "apparent_area"),
     *("seconds", "setup_seconds", "compile_seconds", "memory"),

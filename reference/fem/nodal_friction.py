@@ -33,7 +33,7 @@ from reference.fem.condensation import condense, linear_system
 from reference.fem.element_stiffness import facet_nodes, stiffness_matrices
 from reference.fem.far_field import boussinesq, cerruti
 from reference.fem.half_space_mesh import growing_lines, ring_mesh
-from reference.loads import LoadPath
+from reference.loads import LoadPath, slides
 
 # Newton steps towards prescribed forces, their relative error, and the finite-difference step as a
 # fraction of the penetration.
@@ -212,7 +212,7 @@ def follow(
                 now = totals(forces)
                 missing = (loads - now)[sought]
                 pushed = loads[0] if unknown[0] else now[0]
-                if unknown[1] and not abs(loads[1]) < friction * pushed:
+                if unknown[1] and slides(loads[1], friction * pushed):
                     raise NoEquilibriumError(
                         f"the tangential force {loads[1]!r} is not below friction times the normal "
                         "force: full sliding"

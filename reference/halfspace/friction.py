@@ -24,7 +24,7 @@ from reference.contact.press import Contact, check_gap, rectangle, violation
 from reference.contact.slide import Tractions, slide
 from reference.errors import ConvergenceError, NoEquilibriumError, positive_faults, refuse
 from reference.halfspace.traction import NormalAndTangential
-from reference.loads import Load, LoadPath
+from reference.loads import Load, LoadPath, slides
 
 # Precision of the first round of a step, and of the next ones relative to the remaining error.
 _FIRST_ROUND, _PER_ROUND = 1e-3, 0.1
@@ -221,7 +221,7 @@ def sweep(
             target[0] += pulled
             return grid.slide(bound, target, None, start, precision)
         limit = press.friction * contact.force
-        if not abs(pulled) < limit:
+        if slides(pulled, limit):
             raise NoEquilibriumError(
                 f"the tangential force {pulled!r} is not below friction times the normal force, "
                 f"{limit!r}: full sliding"

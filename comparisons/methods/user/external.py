@@ -187,6 +187,7 @@ class UserSolver(Solver[Geometry]):
             for name, kinds in (
                 ("converged", "b"),
                 ("parted", "b"),
+                ("undetermined", "b"),
                 ("iterations", "iu"),
                 ("violation", "f"),
             ):

@@ -301,7 +301,7 @@ def _measured(claim: Claim, plan: Plan, solved: Solved, truth: Truth, name: str)
         return np.nan, np.nan, {"no result": f"{name} is not known here"}
     parts = truth.error_sources(levels, levels.finest, name, at)
     parts[DISPUTE] = truth.disputed(name)
-    apart = levels.solutions[levels.finest].parted_steps
+    apart = levels.solutions[levels.finest].valueless_steps
     return interval(claim, name, truth.errors(curves, name, at, apart), parts)
 
 

@@ -37,6 +37,7 @@ def solution(curves, *, seconds=1.0, violation=1e-9, fields=None):
         quantities=table,
         converged=good,
         parted=np.zeros(shape, dtype=bool),
+        undetermined=np.zeros(shape, dtype=bool),
         iterations=np.full(shape, 7),
         violation=np.where(good, violation, np.nan),
         unknowns=100,

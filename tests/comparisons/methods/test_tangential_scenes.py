@@ -97,14 +97,21 @@ def test_nothing_slips_across_the_load_at_nu_zero_without_coupling(solved, scene
 
 
 @pytest.mark.parametrize(
-    ("name", "resolution", "body"),
-    [("reduced", 8, RUBBER), ("bem_fft", 8, RUBBER), ("fem", 2, STEEL)],
+    ("name", "resolution", "body", "coupling"),
+    [
+        ("closed_form", 1, {"youngs_modulus": "3 MPa", "poisson_ratio": 0}, "none"),
+        ("reduced", 8, RUBBER, "full"),
+        ("bem_fft", 8, RUBBER, "full"),
+        ("fem", 2, STEEL, "full"),
+    ],
 )
 def test_what_slides_as_a_whole_has_no_equilibrium_from_there_on(
-    solved, scene, name, resolution, body
+    solved, scene, name, resolution, body, coupling
 ):
-    loading = {"force": "1 N", "tangential_force": ["0.2 N", "0.4 N", "0.1 N"]}
-    pushed = friction(scene, half_space=body, loading=loading)
+    """At mu F itself nothing sticks, so that any displacement will do; F is known to round-off."""
+    loading = {"force": "10 N", "tangential_force": ["2 N", "3 N", "1 N"]}
+    law = {"coefficient": 0.3, "coupling": coupling}
+    pushed = friction(scene, half_space=body, loading=loading, friction=law)
     solution = solved(pushed, name, resolution)
     assert solution.converged[0].tolist() == [True, False, False]
     assert solution.reasons[0, 2].startswith("no equilibrium: ")

@@ -69,11 +69,28 @@ def test_a_body_that_is_let_go_answers_while_a_force_holds_it():
     )
     for key, solution in let_go.items():
         assert solution.converged[0].tolist() == [True, True, False, False]
-        assert solution.parted[0].tolist() == [False, False, True, True]
+        assert solution.undetermined[0].tolist() == [False, False, True, True]
+        assert solution.answered.all()
+        assert not solution.parted.any()
         assert "prescribe it to let the body go" in solution.reasons[0, 2]
         depth, held = (s.quantities["penetration"][0, :2] for s in (solution, hold[key]))
         # a shorter history has finer steps, and the coarsest springs err by some 0.4 %
         assert depth == pytest.approx(held, rel=1e-12 if key[0] == "closed_form" else 5e-3)
+
+
+@pytest.mark.parametrize(("depth", "word"), [(2e-4, "within"), (np.nan, "not resolved")])
+def test_any_depth_is_right_once_the_body_is_let_go(depth, word):
+    """Of a method that gives one the others say nothing; one that fails there has no answer."""
+    plan = planned({"time": [0.0, 1.0, 2.0], "force": [0.2, 0.2, 0.0]}, ("closed_form", "reduced"))
+    solved = solved_in_memory(plan, "quick")[1]
+    for (method, _), solution in solved.items():
+        if method == "reduced":
+            solution.undetermined[0, 2] = False
+            solution.put((0, 2), {"penetration": depth})
+            solution.converged[0, 2] = np.isfinite(depth)
+    verdicts = compare(plan, solved, {}).verdicts
+    words = {v.resolution: v.word for v in verdicts if v.quantity == "penetration"}
+    assert words[max(words)] == word
 
 
 def test_a_rough_surface_relaxes_on_the_grid():

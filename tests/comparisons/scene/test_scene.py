@@ -222,6 +222,10 @@ def test_elastic_constants_come_in_one_of_three_ways(half_space):
 @pytest.mark.parametrize(
     ("indenter", "expected"),
     [
+        (
+            {"shape": "cone", "slope": 1, "radius": 1},
+            "indenter.radius: unknown key; only paraboloid, sphere and cylinder have it",
+        ),
         ({"shape": "sphere", "radius": 0}, "indenter.radius: expected a positive finite length"),
         ({"shape": "sphere", "radius": 1e-320}, "radius: expected a length of at least 2.2e-308"),
         ({"shape": "power_law", "exponent": 3, "coefficient": 1e-320}, "coefficient: expected a"),
