@@ -16,7 +16,8 @@ from comparisons.errors import InputError
 from comparisons.reasons import near
 
 # What is pressed: one body, a rough surface, or what sticks until its cells let go one by one.
-Sort = Literal["single", "rough", "adhesive"]
+# Under other physics, on layers and for bodies from files nobody knows what is usual.
+Sort = Literal["single", "rough", "adhesive", "other"]
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,7 @@ class Method:
     # Factor of the work when the resolution doubles: N^2 log N and more iterations for grids, N^5
     # for meshes, N^6 for dense matrices.
     growth: float = 6.0
-    usual: Mapping[Sort, Usual] = field(default_factory=dict)  # solves of single contacts at least
+    usual: Mapping[Sort, Usual] = field(default_factory=dict)
     # Other people's code (peer) checks the reference, and is never the reference itself. A user's
     # (outside) is untrusted: it is judged, and takes no part in what the truth is.
     origin: Literal["own", "peer", "outside"] = "own"

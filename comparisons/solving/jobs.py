@@ -49,14 +49,16 @@ class Kind:
         # at other ranges equilibria are traced instead, and a flat face lets go as a whole
         ball = scene.adhesion is not None and scene.adhesion.short_range
         ball = ball and scene.indenter is not None and not scene.indenter.flat
-        sort: Sort = "rough" if scene.rough else "adhesive" if ball else "single"
+        sort: Sort = "rough" if scene.rough else "single"
+        if scene.physics or scene.body or not scene.half_space.uniform:
+            sort = "adhesive" if ball else "other"
         return cls(scene.name, task.method, task.resolution, len(of), of[0] == 0, sort)
 
     @property
     def usual(self) -> Usual | None:
         """What a surface or a contact usually takes; None where nobody knows."""
         known = METHODS[self.method].usual if self.method in METHODS else {}
-        return known.get(self.sort, known.get("single"))
+        return known.get(self.sort, known.get("single") if self.sort == "adhesive" else None)
 
     @property
     def usual_seconds(self) -> float:
@@ -69,7 +71,8 @@ class Kind:
         """The groups of like jobs that it is in: from its own setting to all with a usual time."""
         yield self.scene, self.method, self.sort, self.resolution
         yield self.scene, self.method, self.sort
-        yield self.method, self.sort
+        if self.sort != "other":  # what a plate of rubber takes says nothing of a film of oil
+            yield self.method, self.sort
         if self.usual is not None:
             yield ()
 

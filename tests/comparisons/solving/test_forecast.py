@@ -37,6 +37,20 @@ def test_a_finer_task_costs_more_by_the_growth_of_its_method(kind):
         assert costs[1] / costs[0] < growth / 2
 
 
+def test_nobody_knows_what_other_physics_takes_until_a_job_of_the_scene_is_done():
+    """Elements of a lubricated contact were told to take 16 hours, as if they were of a ball."""
+    kinds = []
+    for name, method in (("soft-ball-film", "bem_fft"), ("friction-steel", "bem_fft")):
+        plan = plan_scene(load_scene(name), "quick")[0]
+        kinds.append(Kind.of(task_of(plan, method, 64)))
+    film, ball = kinds
+    forecast = Forecast()
+    assert forecast.cost(film) is None
+    forecast.learn(film, 3.0)
+    assert forecast.cost(film) == pytest.approx(3.0)
+    assert forecast.cost(ball) is None
+
+
 # Measured: seconds of a solve of the scene `cone`, by elements or cells in a radius of contact, and
 # of a surface of `rough-free`, by points a side.
 LEVELS = {
