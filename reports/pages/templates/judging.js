@@ -215,7 +215,7 @@ const judgeAll = () => {
     judgeRow(scene, counts);
   }
   for (const table of document.querySelectorAll("table.finding")) judgeFinding(table);
-  document.querySelector(".tally")?.replaceChildren("Scenes: ", ...WORST_FIRST.filter((word) => counts.get(word)).flatMap((word) => {
+  document.querySelector(".tally")?.replaceChildren(...WORST_FIRST.filter((word) => counts.get(word)).flatMap((word) => {
     const badge = element("span");
     asBadge(badge, `${counts.get(word)} ${word}`);
     badge.className = `verdict ${toneOf(word)}`;

@@ -157,7 +157,9 @@ def test_memory_of_a_merge_does_not_grow_with_the_surfaces(tmp_path):
         for k in range(number):
             curves = {"force": np.arange(20_000.0).reshape(10_000, 2)}
             ones = np.ones((10_000, 2))
-            solution = Solution(curves, ones > 0, ones < 0, ones.astype(int), ones, unknowns=1)
+            solution = Solution(
+                curves, ones > 0, ones < 0, ones < 0, ones.astype(int), ones, unknowns=1
+            )
             bundle = Bundle("m", 8, "id", 10_000 * k, 10_000, answers=20_000, solution=solution)
             files[tmp_path / f"{k}"] = bundle
             write_bundle(tmp_path / f"{k}", bundle)
