@@ -545,7 +545,7 @@ def test_a_method_of_ones_own_has_its_verdict_beside_the_reduced_model(capsys, t
     assert table.count("Winkler foundation</a>") == 1
 
 
-def test_where_a_method_has_no_answer_is_told_with_each_of_its_verdicts(tmp_path, monkeypatch):
+def test_where_a_method_has_no_answer_is_told_with_each_of_its_verdicts(tmp_path):
     """Hertz at light loads, nothing above: no bar is too wide, and no error is known there."""
     (tmp_path / "shy.py").write_text(
         "from comparisons.methods import method\n"
@@ -586,7 +586,7 @@ def test_where_a_method_has_no_answer_is_told_with_each_of_its_verdicts(tmp_path
     heading = whole.split('id="scene-1-title"')[1].split("</summary>")[0]
     assert "reduced model: " in heading
     assert f'Shy: <span class="told">{force.text}<' in heading
-    monkeypatch.delitem(METHODS, "shy")  # the page needs its record alone
+    del METHODS["shy"]  # the page needs its record alone
     assert page(replace(study, scenes=(replace(scene),)), with_pictures=False) == whole
 
 
