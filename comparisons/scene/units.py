@@ -94,7 +94,8 @@ def to_si(value: object, dimension: Dimension) -> float:
             raise ValueError(_expectation(dimension)) from error
         exponent, unit = _unit(match[2], dimension)
         if unit != dimension and (number or match[2]):  # zero needs no unit
-            raise ValueError(f"expected a unit of {dimension}, got one of {unit}")
+            got = f"one of {unit}" if match[2] else "none"
+            raise ValueError(f"expected a unit of {dimension}, got {got}")
         if abs(number.adjusted()) > _LARGEST_EXPONENT:
             raise ValueError("expected a number within the range of floats")
         return float(number.scaleb(exponent, _ALL_DIGITS))

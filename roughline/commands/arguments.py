@@ -73,8 +73,6 @@ def overrides_of(
     changes: tuple[str, ...] = (),
 ) -> dict[str, Any]:
     """Turn options of the command line into keys of the scene, to be validated with it."""
-    import tomllib
-
     from comparisons.errors import InputError
 
     overrides: dict[str, Any] = {}
@@ -87,7 +85,7 @@ def overrides_of(
         control, equals, values = loads.partition("=")
         if not equals:
             raise InputError(f"--loads: expected CONTROL=VALUE,VALUE,..., got {loads!r}")
-        listed = [value.strip() for value in values.split(",")]
+        listed = [_parsed(value.strip()) for value in values.split(",")]
         overrides["loading"] = {control.strip(): {"values": listed}}
     settings = [(text, "--set", "KEY", "") for text in changes]
     settings += [(text, "--option", "METHOD.KEY", "methods.") for text in options]
@@ -95,12 +93,18 @@ def overrides_of(
         key, equals, value = text.partition("=")
         if not equals or (table and key.count(".") != 1):
             raise InputError(f"{flag}: expected {form}=VALUE, got {text!r}")
-        try:
-            parsed = tomllib.loads(f"value = {value}")["value"]
-        except tomllib.TOMLDecodeError:
-            parsed = value
-        overrides[f"{table}{key}"] = parsed
+        overrides[f"{table}{key}"] = _parsed(value)
     return overrides
+
+
+def _parsed(value: str) -> Any:
+    """Return a value of TOML; a text needs no quotation marks."""
+    import tomllib
+
+    try:
+        return tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        return value
 
 
 # Exit codes. FAILED: a solve is lost, a verdict or a result differs from what was expected.

@@ -234,7 +234,7 @@ def test_decimal_text_is_rounded_once(digits, point, prefix):
         ("1 parsec", LENGTH, "'parsec' is no known unit"),
         ("1 M", LENGTH, "'M' is no known unit"),
         ("1 m^2", LENGTH, "expected a unit of m, got one of m^2"),
-        ("1", LENGTH, "expected a unit of m, got one of a plain number"),
+        ("1", LENGTH, "expected a unit of m, got none"),
         ("1 N", PRESSURE, "expected a unit of Pa, got one of N"),
         ("5 m", NUMBER, "expected a unit of a plain number, got one of m"),
         ("one", NUMBER, "expected a number"),

@@ -275,6 +275,14 @@ def test_an_entry_that_was_filled_in_is_not_written_anew(roughline, tmp_path):
     assert (tmp_path / "p/entry.json").read_text() == "mine"
 
 
+def test_loads_without_a_unit_are_in_si_as_in_a_scene(roughline):
+    plain, united = (
+        roughline("run", "paraboloid", "--loads", f"force={five}", "--plan").out
+        for five in ("5", "5 N")
+    )
+    assert plain == united != ""
+
+
 @pytest.mark.parametrize(
     "words",
     [
