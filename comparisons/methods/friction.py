@@ -219,8 +219,8 @@ class ClosedFormFriction(FormSolver):
         depth = load if control == "penetration" else float(self.form.penetration(load))
         ratio = self.scene.tangential_modulus / self.modulus
         slip = PartialSlip(self.form, depth, self.friction, ratio)
-        stiffness = ratio * float(self.form.stiffness(depth))
-        area = float(self.form.contact_area(depth))
+        normal = float(self.form.stiffness(depth))
+        stiffness, area = ratio * normal, float(self.form.contact_area(depth))
         at, force, stuck = 0.0, 0.0, area
         held = held_steps(task, self.friction, slip.force)
         if not self.flat:
@@ -241,6 +241,7 @@ class ClosedFormFriction(FormSolver):
                 "tangential_displacement": at,
                 "friction_coefficient": force / slip.force,
                 "tangential_stiffness": stiffness,
+                "stiffness": normal,
                 "penetration": depth,
                 "force": slip.force,
                 "contact_area": area,

@@ -94,6 +94,9 @@ def test_nothing_slips_across_the_load_at_nu_zero_without_coupling(solved, scene
             for s in (exact, solved(ball, name, resolution))
         )
         assert np.abs(u - v).max() < bound * np.abs(u).max(), name
+    # 2 (1 - nu)/(2 - nu) = 1, (19.18)
+    across, normal = (exact.quantities[n][0, 0] for n in ("tangential_stiffness", "stiffness"))
+    assert across == pytest.approx(normal, rel=1e-12)
 
 
 @pytest.mark.parametrize(
