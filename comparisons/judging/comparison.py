@@ -15,15 +15,7 @@ from comparisons.facts.quantities import CURVES, FIELDS, counterpart, main_axis,
 from comparisons.judging.fields import distribution_rows, field_bar, field_measures
 from comparisons.judging.levels import Levels
 from comparisons.judging.metrics import rms_and_maximum
-from comparisons.judging.truth import (
-    CLINGS,
-    EXACT,
-    Bar,
-    Truth,
-    Verification,
-    choose_truth,
-    verified,
-)
+from comparisons.judging.truth import EXACT, Bar, Truth, Verification, choose_truth, verified
 from comparisons.judging.uncertainty import combined
 from comparisons.judging.verdicts import LAST_LOAD, NAN, NEVER, OUTSIDE, Verdict, judged
 from comparisons.methods.normal.proved import enclosures_asked_for
@@ -233,7 +225,9 @@ def _verdicts(
         lost = ~np.isfinite(error)
         if 0 < lost.sum() < lost.size:
             asked["reason"] = truth.why_missing(curves, name, at, lost)
-            if truth.exact and CLINGS in asked["reason"]:  # no error tells how wrong
+            # to cling on where no equilibrium exists: no error tells how wrong
+            gone = truth.solution.parted.all(axis=0) & (at == truth.axis)
+            if truth.exact and (gone & lost & ~np.isnan(curves[name])).any():
                 decided |= {"word": OUTSIDE, "low": NAN, "high": NAN}
         return Verdict(**decided, **setting, **asked, **more)
 
