@@ -1,4 +1,4 @@
-"""Reading of measured maps: crop, orientation, trend and undefined points, once for all methods."""
+"""Reading of measured maps: crop, orientation, trend, undefined points and short waves."""
 
 from __future__ import annotations
 
@@ -7,9 +7,11 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
 from scipy.sparse import coo_array
 from scipy.sparse.linalg import splu
 
+from comparisons.formatting import with_unit
 from comparisons.geometry.map_files.heights import (
     PLAIN_FORMATS,
     UNITS_PER_METRE,
@@ -27,6 +29,8 @@ _LARGEST = 1e100
 _INTERPOLATED_SHARE = 0.05
 # Largest step across the sides of a periodic map, relative to the largest step inside.
 _WIDEST_SEAM = 2.0
+# Standard deviation of a Gaussian filter that halves a wave, in lengths of that wave.
+_GAUSSIAN = np.sqrt(np.log(2) / 2) / np.pi
 
 
 @dataclass(frozen=True)
@@ -51,6 +55,10 @@ def read_map(path: Path, surface: MeasuredMap) -> TreatedMap:
     Undefined points are filled by harmonic interpolation (which cannot exceed the surrounding
     heights), by the lowest defined height, or are refused; by default they are interpolated
     below 5 %, and refused above and, because a NaN may be a mistake there, in .npy, .csv and .txt.
+
+    With a `short_cutoff` a Gaussian filter takes away what is shorter, half of a wave of that
+    length (ISO 16610-61, the S-filter of ISO 25178-3); of a patch with its mirror image beyond the
+    sides.
 
     >>> import tempfile
     >>> table = {"kind": "map", "file": "ridge.csv", "size": "3 um", "height_unit": "nm"}
@@ -107,6 +115,16 @@ def read_map(path: Path, surface: MeasuredMap) -> TreatedMap:
         treatment.append(
             f"{holes.sum()} of {holes.size} points ({100 * holes.mean():.2f} %) undefined: {done}"
         )
+    if (cutoff := surface.short_cutoff) is not None:
+        least, most = 2 * max(file.cell), min(file.size)
+        if not least * (1 - 1e-9) <= cutoff <= most:
+            raise FileError(
+                f"short_cutoff must lie between 2 cells = {with_unit(least, 'm')} and the side "
+                f"{with_unit(most, 'm')}, not {with_unit(cutoff, 'm')}"
+            )
+        width = [cutoff * _GAUSSIAN / cell for cell in file.cell]
+        heights = gaussian_filter(heights, width, mode="wrap" if periodic else "reflect")
+        treatment.append(f"waves below {with_unit(cutoff, 'm')} filtered out (Gaussian)")
     for axis, name in enumerate("xy" if periodic else ""):
         # The step across two sides that should match (rms over the side) is compared with the
         # largest step between neighbouring lines inside, so that a groove may end at the border.

@@ -96,6 +96,7 @@ class MeasuredMap(SceneTable):
     channel: Annotated[str, Field(max_length=200), BeforeValidator(_named)] | None = None
     periodic: StrictBool = False  # before detrend, which depends on it
     detrend: Literal["none", "mean", "tilt", "curvature"] | None = None
+    short_cutoff: Length | None = None  # of the Gaussian filter that takes shorter waves away
     crop: tuple[Index, Index, Window, Window] | None = None
     invert: StrictBool = False
     undefined: Literal["interpolate", "lowest", "refuse"] | None = None

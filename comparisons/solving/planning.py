@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from comparisons.errors import InputError
 from comparisons.facts.methods import CLOSED_FORM, METHODS, NOT_ASKED
+from comparisons.formatting import with_unit
 from comparisons.geometry.bodies import with_body
 from comparisons.geometry.measured_curve import read_curve
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry, prepare
@@ -436,33 +437,42 @@ LEAST = 16
 
 
 def prepared_otherwise(scene: Scene) -> list[Scene]:
-    """Return a scene with a measured map as it is, with other trends, and each quarter of the map.
+    """Return a scene of a map as it is, with other trends and cut-offs, and each quarter alone.
 
     A mean height moves a contact as a whole: maps without any trend subtracted add nothing.
+    Cut-offs are twice and four times the given one, or else the shortest wave of the map, 2 cells.
 
-    Quarters of free patches only, at the same nominal pressure. The scenes are those of a sweep
-    over the preparation. InputError if the scene has no map, or two faces.
+    Quarters of free patches only. All have the forces of the map as given, quarters a quarter.
+    The scenes are those of a sweep over the preparation. InputError if the scene has no map, or two
+    faces.
     """
-    face, geometry = scene.surface, prepare(scene)[0]
+    face, (geometry, loads) = scene.surface, prepare(scene)
     if not isinstance(face, MeasuredMap) or not isinstance(geometry, RoughGeometry):
         raise InputError(f"{scene.name}: --sensitivity: expected a [surface] of kind map")
     if scene.surface2 is not None:
         raise InputError(f"{scene.name}: --sensitivity: expected one rough face, got two")
-    variants: dict[str, dict[str, Any]] = {"as given": {}}
+    variants: dict[str, dict[str, Any]] = {}
     for trend in TRENDS:
         other = trend != trend_of(face.detrend, face.periodic)
         if trend != "none" and other and not trend_problem(trend, face.periodic):
             variants[f"detrend {trend}"] = {"surface.detrend": trend}
     (nx, ny), (x0, y0) = geometry.points, (face.crop or (0, 0))[:2]
+    for times in (2, 4):
+        cutoff = times * (
+            face.short_cutoff or 2 * max(geometry.size[0] / nx, geometry.size[1] / ny)
+        )
+        if cutoff <= min(geometry.size):
+            variants[f"cut-off {with_unit(cutoff, 'm')}"] = {"surface.short_cutoff": cutoff}
     if not face.periodic and min(nx, ny) >= 2 * LEAST:
         for x in (x0, x0 + nx - nx // 2):
             for y in (y0, y0 + ny - ny // 2):
-                changes: dict[str, Any] = {"surface.crop": [x, y, nx // 2, ny // 2]}
-                force = scene.loading.force
-                if force is not None and force.relative_to is None:
-                    share = (nx // 2) * (ny // 2) / (nx * ny)
-                    changes["loading.force"] = [share * value for value in force.values]
-                variants[f"crop at {x}, {y}"] = changes
+                crop = [x, y, nx // 2, ny // 2]
+                variants[f"crop at {x}, {y}"] = {"surface.crop": crop}
+    if scene.loading.force is not None:  # relative to the slopes it would change with them
+        for changes in variants.values():
+            *_, px, py = changes.get("surface.crop", (nx, ny))
+            changes["loading.force"] = (loads.values * (px * py / (nx * ny))).tolist()
+    variants = {"as given": {}, **variants}
     return [
         load_scene(
             scene,

@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
+from comparisons.formatting import with_unit
 from comparisons.geometry.map_files import libraries
 from comparisons.geometry.reading import FileError
 from comparisons.geometry.topography import read_map
@@ -462,3 +463,31 @@ def test_what_the_file_leaves_open_is_asked_for(tmp_path, rough):
     surface = read(path, size=SIZE, height_unit="nm", detrend="none")
     assert np.allclose(surface.heights, rough.T * 1e-9, rtol=1e-12)
     assert surface.size == SIZE
+
+
+@pytest.mark.parametrize("periodic", [True, False])
+def test_the_cut_off_halves_a_wave_of_its_length_and_keeps_the_mean(store, periodic):
+    """ISO 16610-61: 1/2 at the cut-off, 2^-(cut-off/length)^2 in general, on cells of any shape."""
+    i, j = np.meshgrid(np.arange(64) + 0.5, np.arange(48) + 0.5, indexing="ij")
+    # Whole waves of a period, half-waves of a patch (with its mirror image): what filters keep.
+    kx, ky = (8, 3) if periodic else (11, 6)
+    turn = 2 if periodic else 1
+    path = store(5 + np.cos(turn * np.pi * kx * i / 64) * np.cos(turn * np.pi * ky * j / 48))
+    stated = {"size": ("2 um", "1 um"), "detrend": "none", "periodic": periodic}
+    length = 1 / np.hypot(turn * kx / 2 / 2e-6, turn * ky / 2 / 1e-6)
+    raw = plain(path, **stated).heights
+    for cutoff in (length, 0.7 * length):
+        filtered = plain(path, **stated, short_cutoff=cutoff).heights
+        share = 0.5 ** (cutoff / length) ** 2
+        assert filtered.mean() == pytest.approx(raw.mean(), rel=1e-12)
+        # The filter ends at four standard deviations and is sampled on cells.
+        wave = filtered - filtered.mean()
+        assert wave == pytest.approx(share * (raw - raw.mean()), rel=1e-3, abs=1e-3 * wave.max())
+
+
+def test_a_cut_off_below_two_cells_or_above_the_side_is_refused(store, rough):
+    path = store(rough)
+    ends = f"2 cells = {with_unit(5e-7, 'm')} and the side {with_unit(2e-6, 'm')}"
+    for cutoff in ("0.4 um", "2.1 um"):  # cells of 0.25 and 0.22 um, sides of 3 and 2 um
+        (told,) = problems_of(path, short_cutoff=cutoff)
+        assert told.startswith(f"short_cutoff must lie between {ends}")
