@@ -160,7 +160,7 @@ def folder(tmp_path_factory):
     claims = (DOCS / "claims.md").read_text(encoding="utf-8")
     (claim,) = re.findall(r"```toml\n(\[claims\..*?)```", claims, re.DOTALL)
     (home / "my.toml").write_text(claim, encoding="utf-8")
-    hard_cases = (DOCS / "hard-cases.md").read_text(encoding="utf-8")
+    hard_cases = (DOCS / "adding-a-method.md").read_text(encoding="utf-8")
     (case,) = re.findall(r"```toml\n(\[cases\..*?)```", hard_cases, re.DOTALL)
     (home / "my-case.toml").write_text(case, encoding="utf-8")
     roughline.Study(home / "my-scene.toml", home / "before").run()

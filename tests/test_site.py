@@ -20,7 +20,7 @@ def test_the_site_builds_without_a_warning_and_without_a_network(python, tmp_pat
     words = ("-m", "sphinx", "-W", "--keep-going", "-q", source, out)
     done = python(*words, ROUGHLINE_ROOT=str(ROOT))
     assert done.returncode == 0, done.stderr
-    for page in ("index", "python", "claims", *METHODS):
+    for page in ("index", "claims", *METHODS):
         assert (out / f"{page}.html").exists()
     for name in ("check_a_claim", "my_measured_surface", "choose_a_method"):
         page = (out / "gallery" / f"{name}.html").read_text(encoding="utf-8")
@@ -30,4 +30,4 @@ def test_the_site_builds_without_a_warning_and_without_a_network(python, tmp_pat
         loaded = r'<(?:script|img|link rel="stylesheet")[^>]*(?:src|href)="(?:https?:)?//'
         assert not re.search(loaded, path.read_text(encoding="utf-8")), path
     assert "<math" in (out / "reduced-model.html").read_text(encoding="utf-8")
-    assert "load_scene" in (out / "python.html").read_text(encoding="utf-8")
+    assert "load_scene" in (out / "getting-started.html").read_text(encoding="utf-8")

@@ -127,7 +127,7 @@ class ReducedRolling(ProfileSolver):
 
 
 # Where on a cell spin acts is a choice, and its error on three grids not monotone: a part of the
-# bar, in cells on half the length of the contact. Measured: docs/rolling.md, other contacts.
+# bar, in cells on half the length of the contact. Measured: docs/friction.md, other contacts.
 SPIN_DOUBT = 0.5
 
 

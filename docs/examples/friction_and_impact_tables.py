@@ -1,4 +1,4 @@
-"""Make the tables of docs/friction.md: the law (19.1), and a mass on a contact (19.3).
+"""Make tables of two pages: the law (19.1), docs/friction.md; impacts, docs/rubber-and-impact.md.
 
 Run from the repository's root (about a minute on one core). Tables that the page shows are written
 into it, others are printed; all of them, or those that are named::
@@ -35,7 +35,7 @@ from reference.dynamics.coulomb import march, stick_slip
 from reference.dynamics.event_driven import follow
 from reports.tables.written import rewrite
 
-PAGE = Path(__file__).resolve().parents[1] / "friction.md"
+PAGES = Path(__file__).resolve().parents[1]
 
 
 def seconds(task: Callable[[], object], repeats: int = 3) -> float:
@@ -353,20 +353,24 @@ def forced() -> list[list[str]]:
 
 
 # %%
-TABLES = {
+LAW = {
     "slope": slope,
     "stopping": stopping,
     "stability": stability,
     "oscillator-law": oscillator_law,
     "oscillator-cost": oscillator_cost,
     "belt": belt,
+}
+IMPACTS = {
     "impacts": impacts,
     "impact-steps": impact_steps,
     "backbone": backbone,
     "forced": forced,
 }
+TABLES = LAW | IMPACTS
 
 
 # %%
 if __name__ == "__main__":
-    rewrite(PAGE, TABLES, sys.argv[1:])
+    rewrite(PAGES / "friction.md", LAW, sys.argv[1:])
+    rewrite(PAGES / "rubber-and-impact.md", IMPACTS, sys.argv[1:])

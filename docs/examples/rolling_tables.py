@@ -1,4 +1,4 @@
-"""Make the tables of docs/rolling.md: creep coefficients, creep curves, grids and their cost.
+"""Make the tables of docs/friction.md: creep coefficients, creep curves, grids and their cost.
 
 Run from the repository's root (three minutes on one core). Tables that the page shows are written
 into it, others are printed; all of them, or those that are named::
@@ -45,7 +45,7 @@ from reference.viscoelastic.rubber import slide_on_rubber
 from reference.viscoelastic.travelling import TravellingPlane
 from reports.tables.written import rewrite
 
-PAGE = Path(__file__).resolve().parents[1] / "rolling.md"
+PAGE = Path(__file__).resolve().parents[1] / "friction.md"
 MU, NU = 0.3, 0.28
 FORCE = 4 / 3  # a = R = E* = 1
 SHEAR = (1 - NU) / 2

@@ -1,4 +1,4 @@
-"""Make the tables of docs/viscoelastic.md: Problem 1 as printed and corrected, and in 3-D.
+"""Make the tables of docs/rubber-and-impact.md: Problem 1 as printed and corrected, and in 3-D.
 
 Run from the repository's root (a minute of one core, seven where others use it too). Tables that
 the page shows are written into it, others are printed; all of them, or those that are named::
@@ -27,7 +27,7 @@ from reference.viscoelastic.rubber import GridStudy, paraboloid, slide_on_rubber
 from reference.viscoelastic.travelling import Travelling
 from reports.tables.written import rewrite
 
-PAGE = Path(__file__).resolve().parents[1] / "viscoelastic.md"
+PAGE = Path(__file__).resolve().parents[1] / "rubber-and-impact.md"
 LOAD = 3e-3
 SPECTRUM = prescribed(64, 1.0, SelfAffineLaw(hurst=0.8, rms_slope=0.1, short_cutoff=1 / 16))
 RUBBER = kelvin_voigt(1.0, 1.0)

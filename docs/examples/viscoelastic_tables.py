@@ -1,4 +1,4 @@
-"""Make the tables of docs/viscoelastic.md: springs, references, creep, impact, fits, cost.
+"""Make the tables of docs/rubber-and-impact.md: springs, references, creep, impact, fits, cost.
 
 Run from the repository's root (two minutes on one core). Tables that the page shows are written
 into it, others are printed; all of them, or those that are named::
@@ -26,7 +26,7 @@ from reference.loads import History
 from reference.viscoelastic import GeneralisedMaxwell, impact, indentation, press_in_time
 from reports.tables.written import rewrite
 
-PAGE = Path(__file__).resolve().parents[1] / "viscoelastic.md"
+PAGE = Path(__file__).resolve().parents[1] / "rubber-and-impact.md"
 SPRINGS = prony(1.0, [3.0, 2.0], [0.3, 5.0])
 SOLID = GeneralisedMaxwell(1.0, [3.0, 2.0], [0.3, 5.0])
 DEPTH = 0.01

@@ -16,18 +16,21 @@ from reports.tables.written import markdown_rows
 ROOT = Path(__file__).resolve().parents[3]
 
 
-def block_of(name):
-    page = (ROOT / "docs" / "friction.md").read_text(encoding="utf-8")
+def block_of(name, page):
+    page = (ROOT / "docs" / page).read_text(encoding="utf-8")
     (block,) = re.findall(f"<!-- table: {name} -->\n(.*?)\n<!-- end -->", page, re.DOTALL)
     return block
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["stopping", "backbone"])
-def test_the_tables_of_the_page_are_those_of_the_script(script, name):
+@pytest.mark.parametrize(
+    ("name", "page"), [("stopping", "friction.md"), ("backbone", "rubber-and-impact.md")]
+)
+def test_the_tables_of_a_page_are_those_of_the_script(script, name, page):
     """Those without times or scatter are made anew and compared; the tests below are their law."""
     number = r"[-+]?\d+\.\d+(?:e[-+]\d+)?"
-    block, anew = block_of(name), markdown_rows(script("friction_and_impact_tables").TABLES[name]())
+    block = block_of(name, page)
+    anew = markdown_rows(script("friction_and_impact_tables").TABLES[name]())
     assert re.sub(number, "#", anew) == re.sub(number, "#", block)
     shown, result = ([float(x) for x in re.findall(number, t)] for t in (block, anew))
     np.testing.assert_allclose(shown, result, rtol=2e-3)
