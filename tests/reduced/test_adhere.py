@@ -23,7 +23,6 @@ from reduced.springs.line import Springs
 
 W = 0.013
 OFFSETS = st.integers(0, 999).map(lambda i: i / 1000)
-ROUNDING = 1e-13
 # steep, then nearly level, then steep again: two stable contact radii at one load
 SHELF = Profile(
     "shelf",

@@ -4,7 +4,6 @@ import re
 import shutil
 import xml.etree.ElementTree as ElementTree
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -29,7 +28,6 @@ from reports.tables.written import frame
 
 pytestmark = pytest.mark.slow
 
-ROOT = Path(__file__).parents[2]
 MILLIMETRES_PER_POINT = 25.4 / 72
 REDUCED = "#D55E00"
 RADIUS, MODULUS = 0.01, 231e9  # of the ball in conftest.py

@@ -11,7 +11,6 @@ import roughline
 from comparisons.questions.single import solve_scene
 from roughline.commands.app import run_command
 
-ROOT = Path(__file__).parents[2]
 BALL = {
     "name": "ball",
     "half_space": {"youngs_modulus": "210 GPa", "poisson_ratio": 0.3},
@@ -99,6 +98,8 @@ def test_what_is_wrong_with_a_scene_is_told_as_on_the_command_line(source, tmp_p
         (lambda _: roughline.compare(BALL, quantities=["weight"]), r"compare\.quantities\.0"),
         (lambda _: roughline.solve("cone", "reduced", rule="guess"), r"methods\.reduced\.rule"),
         (lambda _: roughline.solve("cone", "no_such_method"), "expected one of closed_form"),
+        (lambda _: roughline.solve(None, "reduced"), "expected a name, .* got None"),
+        (lambda _: roughline.solve(["sphere"], "reduced"), "expected a name, .* got a list of 1"),
         (lambda _: roughline.load_scene("cone", ["a"]), "changes:\n.*a dict .* got a list of 1"),
         (lambda _: roughline.Study("cone", "nowhere", changes="a"), "changes:\n.* got a str"),
         (lambda _: roughline.Study("cone", "x", changes={"unit": 1}), "changes:\n  unit: unknown"),
@@ -282,12 +283,6 @@ def test_a_study_is_a_folder_that_is_read_back(results):
         again["sphere"]
 
 
-@pytest.mark.parametrize(("source", "kind"), [(None, "None"), (["sphere"], "a list of 1")])
-def test_what_is_no_scene_is_one_clear_error(source, kind):
-    with pytest.raises(roughline.InputError, match=f"expected a name, .* got {kind}"):
-        roughline.solve(source, "reduced")
-
-
 def test_a_study_writes_its_report(results):
     page = results.report(pictures=False)
     assert page.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
@@ -372,14 +367,6 @@ def test_an_added_method_runs_where_a_scene_names_others_not_beside_those_of_a_c
     assert planned(roughline.plan(named, "reduced")) == ["closed_form", "reduced"]
     study = roughline.Study(named, tmp_path, methods=["reduced"])
     assert planned(study.plan) == ["closed_form", "reduced"]
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("methods_restored")
-def test_a_file_with_a_method_may_be_added_twice():
-    for _ in range(2):
-        assert roughline.add_method(ROOT / "docs" / "examples" / "winkler.py") == ["winkler"]
-    assert roughline.list_methods().loc["winkler", "title"] == "Winkler foundation"
 
 
 def test_a_notebook_shows_verdicts_in_words_and_colours_and_nothing_hostile(found):

@@ -316,10 +316,6 @@ SOFT = {
         "quantities": ["film_central", "film_minimum", "lubrication_force", "friction_force"]
     },
 }
-SQUEEZED = SOFT | {
-    "lubrication": {"viscosity": 1.0},
-    "loading": {"force": [0.01, 0.1], "squeeze_speed": 1e-3},
-}
 
 
 @pytest.mark.slow

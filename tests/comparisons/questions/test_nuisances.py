@@ -23,7 +23,6 @@ from comparisons.questions.experiments import EXPERIMENTS, Experiment
 from comparisons.questions.experiments.experiment import Share
 from reports.plots.claims import along, boundary_map
 
-ROOT = Path(__file__).parents[3]
 EDGE = 3.7
 OPEN = {
     "path": "y",

@@ -1,14 +1,11 @@
 """Section 19.7 from map to contact: the pieces fit, and the two variants differ as they must."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from reduced.rough.procedure import CORRECTED, LITERAL, calculate, side_by_side
 from reduced.rough.surface_spectrum import measured
 
-DOCS = Path(__file__).resolve().parents[3] / "docs"
 FORCE = np.array([1e-2, 1e-1, 1.0])
 
 

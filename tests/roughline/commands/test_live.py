@@ -2,6 +2,7 @@
 
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -55,31 +56,17 @@ def test_a_terminal_gets_a_bar(plans, tmp_path, capsys, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("rest", "words"),
+    ("done", "rest", "report", "words"),
     [
-        (Remaining(90.0, True), "solved 1 of 3, about 90\u202fs left"),
-        (Remaining(90.0, False), "solved 1 of 3, at least 90\u202fs left"),
-        (Remaining(0.0, False), "solved 1 of 3"),
+        (1, Remaining(90.0, True), 0.0, "solved 1 of 3, about 90\u202fs left"),
+        (1, Remaining(90.0, False), 0.0, "solved 1 of 3, at least 90\u202fs left"),
+        (1, Remaining(0.0, False), 0.0, "solved 1 of 3"),
+        (3, Remaining(0.0, True), 4.0, "solved 3 of 3, the report takes about 4.0\u202fs"),
     ],
 )
-def test_the_remaining_time_says_whether_it_is_all(rest, words):
-    class Half:
-        counts = (1, 3)
-
-        def remaining(self):
-            return rest
-
-    assert live.progress(Half()) == words
-
-
-def test_at_the_end_only_the_report_is_left():
-    class Solved:
-        counts = (3, 3)
-
-        def remaining(self):
-            return Remaining(0.0, complete=True)
-
-    assert live.progress(Solved(), 4.0) == "solved 3 of 3, the report takes about 4.0\u202fs"
+def test_the_remaining_time_says_whether_it_is_all(done, rest, report, words):
+    run = SimpleNamespace(counts=(done, 3), remaining=lambda: rest)
+    assert live.progress(run, report) == words
 
 
 @pytest.mark.slow
