@@ -600,7 +600,7 @@ if __name__ == "__main__":
     folder, every = Path(source), "--cases" in sys.argv
     examples = [one for one in EXAMPLES if one.rsplit("/", 1)[-1] in names]
     if "limits" in names:
-        print("| example | numbers | inside | printed off, median | bar, median | most outside |")
+        print("| example | numbers | inside | off, median | error bar, median | farthest outside |")
         print("|---|---|---|---|---|---|")
         everything = []
         for example in examples or [one for one in EXAMPLES if one not in NO_LIMIT]:

@@ -721,6 +721,6 @@ def report(folder: Path) -> tuple[list[str], list[str], str]:
 if __name__ == "__main__":
     sentences, table, counts = report(Path(sys.argv[1]))
     print(*sentences, sep="\n")
-    titles = ["problem", "ours", "bar", "not solved", "reference", "off", "results", "off"]
+    titles = ["problem", "ours", "error bar", "not solved", "reference", "off", "results", "off"]
     print("", "| " + " | ".join(titles) + " |", "|---" * len(titles) + "|", *table, sep="\n")
     print("", counts, "", *provenance(), sep="\n")
