@@ -215,17 +215,11 @@ class Adhesion:
 def adhere(springs: Springs, work: float, path: LoadPath) -> Adhesion:
     """Solve an adhesive contact along a path of penetrations or forces, starting out of contact.
 
-    Springs of stiffness E* dx stand at x = +-(i + offset) dx; between them the profile is the
-    monotone cubic of `springs.indent.indent`, and the contact ends at any a between springs where
-
-        d = g(a) - l(a),   l = sqrt(2 pi a w/E*),   F = 2 E* int_0^a (d - g(x)) dx.
-
-    The contact grows if the stretch at its edge is below l(a), shrinks if it is above, and jumps
-    where this equilibrium ends: at the extrema of d(a) under penetration control, of F(a) under
-    force control. First touch is at d = 0, F = 0. The extrema of the cubics are computed to
-    rounding, so that the error of events is that of the cubics: zero for parabola, cone, cubic and
-    flat punch, dx^4 for other smooth profiles. The work of adhesion w is an energy per area;
-    `per_radius` refers to the largest contact of the path; edges are "sub_cell".
+    The contact jumps where its equilibrium ends: at the extrema of d(a) under penetration control,
+    of F(a) under force control. First touch is at d = 0, F = 0. The error of events is that of the
+    cubics between springs: zero for parabola, cone, cubic and flat punch, dx^4 for other smooth
+    profiles. The work of adhesion w is an energy per area; `per_radius` refers to the largest
+    contact of the path; edges are "sub_cell".
 
     >>> from reduced.profiles.equivalents import paraboloid
     >>> ball = adhere(Springs(paraboloid(1.0), 1.0), 0.1, LoadPath("force", [0.0, -1.0]))

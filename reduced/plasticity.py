@@ -106,39 +106,31 @@ class YieldingSprings:
             elastic = self.elastic(depth, lost)
             lost = np.where(elastic > 0, np.maximum(lost, depth - self.gap - elastic), lost)
             force = float(2 * self.modulus * self.spacing * elastic.sum())
-            rows.append((depth, force, self._edge(depth, lost), self._left(lost)))
+            # half the length in contact; springs let go from the rim inwards
+            over, edge = depth - self.gap - lost, 0.0
+            touching = int(np.count_nonzero(over > 0))
+            if touching == over.size:
+                # the last spring stands half a spacing inside; further on the gap goes on as before
+                slope = (over[-2] - over[-1]) / self.spacing if touching > 1 else np.inf
+                further = min(over[-1] / slope, self.spacing / 2) if slope > 0 else self.spacing / 2
+                edge = float(self.spacing * (touching - 0.5) + further)
+            elif touching:
+                inner, outer = over[touching - 1], over[touching]
+                edge = float(self.spacing * (touching - 0.5 + inner / (inner - outer)))
+            rows.append((depth, force, edge, self._left(lost)))
         return Yielded(*(np.array(column) for column in zip(*rows, strict=True)))
 
     def _left(self, lost: np.ndarray) -> float:
         """Return the penetration at which the contact is lost: on virgin springs that of touch."""
         return float((self.gap + lost).min()) if lost.any() else 0.0
 
-    def _edge(self, depth: float, lost: np.ndarray) -> float:
-        """Return half the length in contact; springs let go from the rim inwards."""
-        over = depth - self.gap - lost
-        touching = int(np.count_nonzero(over > 0))
-        if touching == 0:
-            return 0.0
-        if touching == over.size:
-            # The last spring stands half a spacing inside; further on the gap goes on as before.
-            slope = (over[-2] - over[-1]) / self.spacing if over.size > 1 else np.inf
-            further = min(over[-1] / slope, self.spacing / 2) if slope > 0 else self.spacing / 2
-            return float(self.spacing * (touching - 0.5) + further)
-        inner, outer = over[touching - 1], over[touching]
-        return float(self.spacing * (touching - 0.5 + inner / (inner - outer)))
-
     def _depth(self, force: float, lost: np.ndarray) -> float:
         """Return the penetration at a force, which rises with it."""
-        low, high = self._left(lost), float(self.gap[-1])
+        low = self._left(lost)
         if force == 0:
             return low
-        step = max(high - low, float(self.gap[-1]))
-        while self.force(high, lost) < force:
-            high += step
-            step *= 2
-            if not np.isfinite(high):
-                raise ConvergenceError("the springs never carry this force")
-        return bisect(lambda depth: self.force(depth, lost) >= force, low, high)
+        first = low + float(self.gap[-1])
+        return bisect(lambda depth: self.force(depth, lost) >= force, low, first)
 
 
 def is_forced(path: LoadPath, body: str = "indenter") -> bool:
@@ -259,18 +251,15 @@ class ZunkerKamrin:
     def _depth(self, force: float, deepest: float) -> float:
         """Return the penetration at a force, which rises with it."""
         low = self.at(deepest, deepest)[2]
-        high = max(deepest, min(self.yields_at, self._reach))
-        for _ in range(_ROUNDS):
-            if self.at(high, max(deepest, high))[0] >= force:
-                break
-            if high == self._reach:
-                raise ValueError(f"a sphere in as deep as its radius carries less than {force:g}")
-            high = min(2 * high, self._reach)
-        else:
-            raise ConvergenceError("the ball never carries this force")
         if force == 0:
             return low
-        return bisect(lambda depth: self.at(depth, max(deepest, depth))[0] >= force, low, high)
+        if self._sphere and self.at(self.radius, self.radius)[0] < force:
+            raise ValueError(f"a sphere in as deep as its radius carries less than {force:g}")
+
+        def carries(depth: float) -> bool:
+            return depth >= self._reach or self.at(depth, max(deepest, depth))[0] >= force
+
+        return bisect(carries, low, max(deepest, self.yields_at))
 
 
 # Penetrations and deflections that agree so well are the same.

@@ -37,11 +37,7 @@ from reduced.errors import ConvergenceError
 from reduced.memory.in_time import impact as strike_viscoelastic
 from reduced.memory.row import RelaxingSprings
 from reduced.motion.course import Mass, Push, Stepping, move
-from reduced.motion.elastic_impact import (
-    impact_depth,
-    spring_contact,
-    strike,
-)
+from reduced.motion.elastic_impact import SpringContact, impact_depth, strike
 from reduced.springs.line import Springs
 from reference import viscoelastic as reference
 from reference.dynamics.collision import collide, collide_curve
@@ -195,7 +191,7 @@ class ReducedImpact(ProfileSolver):
             deepest = impact_depth(self.profile, self.modulus, 0.5 * mass * speed**2, push)
             for _ in range(_ROUNDS):
                 row = Springs(self.profile, self.modulus, per_radius=resolution)
-                contact = spring_contact(row, deepest)
+                contact = SpringContact(row, deepest)
                 stiffness = float(contact.respond(deepest)[2])
                 period = 2 * np.pi * np.sqrt(mass / stiffness)
                 steps = int(np.ceil(max(_STEPS_PER_SPRING * resolution * end / period, 1.0)))

@@ -28,7 +28,6 @@ from comparisons.tasks.solution import Solution
 from comparisons.tasks.steps import Row, Step
 from comparisons.tasks.task import Task
 from reduced.friction import slide
-from reduced.friction.roll import matched_modulus
 from reduced.friction.roll import roll as roll_springs
 from reduced.loads import Load
 from reduced.springs.line import Springs
@@ -95,7 +94,7 @@ class ReducedRolling(ProfileSolver):
             nu = scene.poisson_ratio
             if nu < 0:
                 raise Refused("Kalker's coefficients begin at nu = 0")
-            modulus = matched_modulus(scene.shear_modulus, kalker(1.0, nu)[lateral])
+            modulus = scene.shear_modulus * kalker(1.0, nu)[lateral]
             stiffness = "C G dx, C Kalker's coefficient of a circle"
         self.friction = slide.Friction(modulus, friction.coefficient)
         self.beside = f"tangential springs of {stiffness} that enter unstretched"

@@ -19,7 +19,7 @@ from scipy.integrate import solve_ivp
 from reduced.motion import blocks as law
 from reduced.motion.blocks import Blocks, integrate
 from reduced.motion.course import Mass, Push, Stepping, move
-from reduced.motion.elastic_impact import impact_depth, spring_contact, strike
+from reduced.motion.elastic_impact import SpringContact, impact_depth, strike
 from reduced.profiles.equivalents import (
     cone,
     cylinder,
@@ -261,7 +261,7 @@ def impact_steps() -> list[list[str]]:
     rows = [["scheme", "steps", "duration", "order", "restitution - 1", "law evaluations", "us"]]
     profile, speed = paraboloid(1.0), 0.01
     true = collision.power_law_collision(2, 0.5, 1.0, 1.0, speed).duration
-    contact = spring_contact(Springs(profile, 1.0), impact_depth(profile, 1.0, 0.5 * speed**2))
+    contact = SpringContact(Springs(profile, 1.0), impact_depth(profile, 1.0, 0.5 * speed**2))
     for scheme in ("verlet", "yoshida", "energy"):
         last = None
         for steps in (10, 40, 160, 640, 2560):
@@ -302,7 +302,7 @@ def backbone() -> list[list[str]]:
     limit = vibration.deepest_without_flight(BALL, LOAD) / DEPTH
     for deepest in (1.01, 1.1, 1.5, limit, 2.0, 3.0):
         period = vibration.free_period(BALL, 1.0, LOAD, deepest * DEPTH)
-        contact = spring_contact(Springs(paraboloid(1.0), 1.0), deepest * DEPTH)
+        contact = SpringContact(Springs(paraboloid(1.0), 1.0), deepest * DEPTH)
         steps = 4000
         run = move(
             contact,
@@ -326,7 +326,7 @@ def forced() -> list[list[str]]:
     rows = [
         ["P/F0", "springs in steps", "Runge-Kutta", "linear", "share in flight", "seconds, both"]
     ]
-    contact = spring_contact(Springs(paraboloid(1.0), 1.0), 4 * DEPTH)
+    contact = SpringContact(Springs(paraboloid(1.0), 1.0), 4 * DEPTH)
     per, damping = 1000, 0.1
     step = 2 * math.pi / per
     for share in (0.001, 0.03, 0.1, 0.15, 0.2, 0.3):

@@ -17,7 +17,6 @@ import numpy as np
 
 from comparisons.judging.uncertainty import grid_uncertainty
 from comparisons.methods.rolling import SPIN_DOUBT
-from reduced.friction.roll import matched_modulus
 from reduced.friction.roll import roll as roll_springs
 from reduced.friction.slide import Friction
 from reduced.loads import Load
@@ -196,7 +195,7 @@ def curve() -> list[list[str]]:
     contact = EllipticContact((1.0, 1.0), SHEAR, NU, MU * FORCE)
     springs = Springs(paraboloid(1.0), 1.0, per_radius=100)
     plain = Friction(Compliance.of(SHEAR, NU).tangential_modulus, MU)
-    matched = Friction(matched_modulus(SHEAR, kalker(1.0, NU)[0]), MU)
+    matched = Friction(SHEAR * kalker(1.0, NU)[0], MU)
     load = Load("force", FORCE)
     stated = [
         roll_springs(springs, friction, load, CREEPS).tangential_force

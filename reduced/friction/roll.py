@@ -13,7 +13,8 @@ grows faster than its stretch. For a parabola, with R the radius of the body (19
 
 With the friction used up nowhere, F_x = 2 G* a^2 xi: in Kalker's terms C11 = C22 = 4/(2 - nu),
 whereas the half-space has 3.40 (nu = 0) to 5.20 (nu = 1/2). `Friction.tangential_modulus` may
-therefore be chosen for the initial slope instead (`matched_modulus`).
+therefore be chosen for the initial slope C instead: G* = C G, G that of one elastic body on a rigid
+one.
 
 A spring under a rough roller has a height of its own, which travels with it: it rolls under the
 smooth profile at the penetration d + h (`roll_rough`).
@@ -43,18 +44,6 @@ class RollingLine:
     tangential_force: np.ndarray
     lateral_force: np.ndarray
     stick_length: np.ndarray
-
-
-def matched_modulus(shear_modulus: float, coefficient: float) -> float:
-    """Return the G* whose line has a creep coefficient of the half-space, C11 or C22 of a circle.
-
-    F_x = 2 G* a^2 xi = C 2 G a^2 xi: G* = C G, with G of one elastic body on a rigid one.
-
-    >>> matched_modulus(2.0, 4.12)
-    8.24
-    """
-    refuse(positive_faults(shear_modulus=shear_modulus, coefficient=coefficient))
-    return coefficient * shear_modulus
 
 
 def roll(
@@ -158,15 +147,12 @@ def roll_rough(
     stiffness = effective_modulus * spacing
     # the penetration at which the mean of the normal forces is the given one
     low = float(gap.min() - heights.max())
-    depth = low + 1.0
 
     def carries(depth: float) -> bool:
         normal, _ = _windows(gap, heights, depth, 0.0)
         return bool(normal.mean() >= force / stiffness)
 
-    while not carries(depth):
-        depth = low + 2 * (depth - low)
-    depth = bisect(carries, low, depth)
+    depth = bisect(carries, low, low + 1.0)
     unit = friction.coefficient * stiffness
     step = friction.tangential_modulus * creep * spacing * spacing / unit
     normal, pulled = _windows(gap, heights, depth, step)

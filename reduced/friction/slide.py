@@ -334,73 +334,42 @@ class LinePath:
     knots: np.ndarray
 
 
-@dataclass
-class _State:
-    """Knots: position, gap, tangential force t, and whether the knot is a point of the line."""
+_PLACE, _GAP, _TRACTION, _IS_POINT = range(4)  # of a knot; whether it is a point of the line
 
-    place: np.ndarray
-    gap: np.ndarray
-    traction: np.ndarray
-    is_point: np.ndarray
 
-    def split(self, zero: np.ndarray) -> np.ndarray:
-        """Insert knots where a function, linear between knots, is zero; return their indices."""
-        sign = np.sign(zero)
-        first = np.flatnonzero(sign[:-1] * sign[1:] < 0)
-        share = zero[first] / (zero[first] - zero[first + 1])
-        for name in ("place", "gap", "traction"):
-            values = getattr(self, name)
-            between = values[first] + share * (values[first + 1] - values[first])
-            setattr(self, name, np.insert(values, first + 1, between))
-        self.is_point = np.insert(self.is_point, first + 1, False)
-        return first + 1 + np.arange(first.size)
+def _split(knots: np.ndarray, zero: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Insert knots where a function, linear between knots, is zero; return all, and which are."""
+    sign = np.sign(zero)
+    first = np.flatnonzero(sign[:-1] * sign[1:] < 0)
+    share = zero[first] / (zero[first] - zero[first + 1])
+    between = knots[:, first] + share * (knots[:, first + 1] - knots[:, first])
+    between[_IS_POINT] = False
+    return np.insert(knots, first + 1, between, axis=1), first + 1 + np.arange(first.size)
 
-    def advance(self, before: float, d: float, step: float) -> None:
-        """Move to penetration d and by v = step, and update the tangential forces."""
-        for level in (before, d):
-            new = self.split(self.gap - level)
-            self.gap[new] = level
-        for side in (-1.0, 1.0):
-            trial = self._unslipped(before, d, step)
-            self.split(np.where(self.gap <= d, trial - side * (d - self.gap), 0.0))
-        trial = self._unslipped(before, d, step)
-        width = np.maximum(d - self.gap, 0.0)
-        self.traction = np.clip(trial, -width, width)
-        # inner knots of a free or slipping part go
-        sign = np.where(width > 0, np.sign(trial) * (np.abs(trial) >= width), 2.0)
-        same = (sign[1:-1] == sign[:-2]) & (sign[1:-1] == sign[2:]) & (sign[1:-1] != 0)
-        kept = np.concatenate([[True], ~same | self.is_point[1:-1], [True]])
-        for name in ("place", "gap", "traction", "is_point"):
-            setattr(self, name, getattr(self, name)[kept])
 
-    def _unslipped(self, before: float, d: float, step: float) -> np.ndarray:
+def _advance(knots: np.ndarray, before: float, d: float, step: float) -> np.ndarray:
+    """Return the knots after a move to penetration d and by v = step."""
+    for level in (before, d):
+        knots, new = _split(knots, knots[_GAP] - level)
+        knots[_GAP, new] = level
+
+    def unslipped() -> np.ndarray:
         """Return the tangential forces if no spring slipped in the step."""
         if d <= before:
-            return self.traction + step
-        share = np.where(self.gap >= before, (d - self.gap) / (d - before), 1.0)
-        return self.traction + step * share
+            return knots[_TRACTION] + step
+        gap = knots[_GAP]
+        return knots[_TRACTION] + step * np.where(gap >= before, (d - gap) / (d - before), 1.0)
 
-    def sums(self, d: float) -> tuple[float, ...]:
-        """Return integrals over the line in cells: w, t, contact and stick length, energies."""
-        width, traction = np.maximum(d - self.gap, 0.0), self.traction
-        cell = np.diff(self.place)
-        in_contact = (width[:-1] > 0) | (width[1:] > 0)
-        margin = (width - np.abs(traction)) * 2
-        slips = margin[:-1] + margin[1:] <= 1e-12 * (width[:-1] + width[1:])
-
-        def integral(values: np.ndarray) -> float:
-            return float(np.sum((values[:-1] + values[1:]) / 2 * cell))
-
-        def square(values: np.ndarray) -> float:
-            first, last = values[:-1], values[1:]
-            return float(np.sum((first * first + first * last + last * last) / 3 * cell))
-
-        lengths = float(cell[in_contact].sum()), float(cell[in_contact & ~slips].sum())
-        return (
-            *(integral(width), integral(traction)),
-            *lengths,
-            *(square(width) / 2, square(traction) / 2),
-        )
+    for side in (-1.0, 1.0):
+        width = d - knots[_GAP]
+        knots, _ = _split(knots, np.where(width >= 0, unslipped() - side * width, 0.0))
+    trial, width = unslipped(), np.maximum(d - knots[_GAP], 0.0)
+    knots[_TRACTION] = np.clip(trial, -width, width)
+    # inner knots of a free or slipping part go
+    sign = np.where(width > 0, np.sign(trial) * (np.abs(trial) >= width), 2.0)
+    same = (sign[1:-1] == sign[:-2]) & (sign[1:-1] == sign[2:]) & (sign[1:-1] != 0)
+    inner = ~same | (knots[_IS_POINT, 1:-1] > 0)
+    return knots[:, np.concatenate([[True], inner, [True]])]
 
 
 def follow(
@@ -454,19 +423,28 @@ def follow(
     else:
         place = np.concatenate([[-0.5], place, [gap.size - 0.5]])
         gap = np.concatenate([gap[:1], gap, gap[-1:]])
-    state = _State(place, gap.copy(), np.zeros(gap.size), np.ones(gap.size, dtype=bool))
+    knots = np.array([place, gap, np.zeros(gap.size), np.ones(gap.size)])
     mu = friction.coefficient
     ratio = friction.tangential_modulus / (mu * effective_modulus)
     before = min(depth[0], 0.0)
     rows = []
     for d, step in zip(depth, np.diff(ratio * shift, prepend=0.0), strict=True):
-        state.advance(before, d, step)
-        rows.append([*state.sums(d), state.place.size])
-        before = d
-    normal, tangential, contact, stick, energy, energy_x, knots = np.array(rows).T
+        knots, before = _advance(knots, before, d, step), d
+        # integrals over the cells between the knots
+        cell, traction = np.diff(knots[_PLACE]), knots[_TRACTION]
+        width = np.maximum(d - knots[_GAP], 0.0)
+        touching = (width[:-1] > 0) | (width[1:] > 0)
+        margin = (width - np.abs(traction)) * 2
+        slips = margin[:-1] + margin[1:] <= 1e-12 * (width[:-1] + width[1:])
+        sums = [cell[touching].sum(), cell[touching & ~slips].sum(), cell.size + 1]
+        for v in (width, traction):
+            square = v[:-1] * v[:-1] + v[:-1] * v[1:] + v[1:] * v[1:]
+            sums += [np.sum((v[:-1] + v[1:]) / 2 * cell), np.sum(square / 3 * cell) / 2]
+        rows.append(sums)
+    contact, stick, count, normal, energy, tangential, energy_x = np.array(rows).T
     unit = effective_modulus * spacing
     energy = unit * (energy + mu / ratio * energy_x)
     return LinePath(
         *(depth, shift, unit * normal, mu * unit * tangential),
-        *(spacing * contact, spacing * stick, energy, knots.astype(int)),
+        *(spacing * contact, spacing * stick, energy, count.astype(int)),
     )

@@ -28,9 +28,7 @@ STABILITY_LIMITS = {
 }
 
 
-def friction(
-    velocity: ArrayLike, limit: float | np.ndarray, characteristic_speed: float
-) -> np.ndarray:
+def friction(velocity: ArrayLike, limit: float, characteristic_speed: float) -> np.ndarray:
     """Return the friction force (2/pi) mu F_N arctan(v/v0) (19.1), of the sign of v.
 
     `limit` is mu F_N, below which it stays by (2/pi) v0/v of it where v >> v0.
@@ -38,11 +36,11 @@ def friction(
     >>> float(friction(1.0, 2.0, 1.0))
     1.0
     """
-    refuse(positive_faults(characteristic_speed=characteristic_speed) + _limit_faults(limit))
+    refuse(positive_faults(characteristic_speed=characteristic_speed, limit=limit))
     return 2 / np.pi * limit * np.arctan(np.asarray(velocity) / characteristic_speed)
 
 
-def creep_speed(load: ArrayLike, limit: float | np.ndarray, characteristic_speed: float):
+def creep_speed(load: ArrayLike, limit: float, characteristic_speed: float):
     """Return the steady speed v0 tan(pi F/(2 mu F_N)) under a load below the limit.
 
     The inverse of (19.1): Coulomb's law predicts rest.
@@ -50,7 +48,7 @@ def creep_speed(load: ArrayLike, limit: float | np.ndarray, characteristic_speed
     >>> round(float(creep_speed(0.5, 1.0, 1e-3)), 12)
     0.001
     """
-    wrong = positive_faults(characteristic_speed=characteristic_speed) + _limit_faults(limit)
+    wrong = positive_faults(characteristic_speed=characteristic_speed, limit=limit)
     refuse(wrong or _load_faults(load, limit))
     return characteristic_speed * np.tan(np.pi / 2 * (np.asarray(load) / limit))
 
@@ -84,21 +82,14 @@ def stable_step(
     0.0005
     """
     wrong = positive_faults(mass=mass, limit=limit, characteristic_speed=characteristic_speed)
-    if scheme not in STABILITY_LIMITS:
-        wrong.append(f"scheme must be one of {', '.join(STABILITY_LIMITS)}, got {scheme!r}")
+    wrong += choice_faults("scheme", scheme, STABILITY_LIMITS)
     refuse(wrong or _load_faults(load, limit))
     slope = 2 / np.pi * (limit / characteristic_speed) * np.cos(np.pi / 2 * (load / limit)) ** 2
     return float(STABILITY_LIMITS[scheme] * mass / slope)
 
 
-def _limit_faults(limit: float | np.ndarray) -> list[str]:
-    values = np.asarray(limit, dtype=float)
-    good = bool(np.all(np.isfinite(values)) and np.all(values > 0))
-    return [] if good else [f"limit must be finite and positive, got {limit!r}"]
-
-
-def _load_faults(load: ArrayLike, limit: float | np.ndarray) -> list[str]:
-    below = bool(np.all(np.abs(np.asarray(load)) < limit))
+def _load_faults(load: ArrayLike, limit: float) -> list[str]:
+    below = np.all(np.abs(np.asarray(load)) < limit)
     return [] if below else [f"the load must be below the limit {limit!r}, got {load!r}"]
 
 

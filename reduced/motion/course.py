@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike
+from scipy.interpolate import CubicHermiteSpline
 
 from reduced.errors import (
     ConvergenceError,
@@ -85,14 +86,8 @@ class Motion:
         end = self.time[-1] * (1 + 4 * _EPSILON)
         if not ((t >= 0) & (t <= end)).all():
             raise ValueError(f"times must lie in [0, {self.time[-1]!r}], got {times!r}")
-        h = self.time[1] - self.time[0]
-        k = np.clip((t / h).astype(int), 0, self.time.size - 2)
-        s = t / h - k
-        x, v = self.position, h * self.velocity
-        rise = x[k + 1] - x[k]
-        square, cube = 3 * rise - 2 * v[k] - v[k + 1], v[k] + v[k + 1] - 2 * rise
-        position = x[k] + s * (v[k] + s * (square + s * cube))
-        return position, (v[k] + s * (2 * square + 3 * s * cube)) / h
+        curve = CubicHermiteSpline(self.time, self.position, self.velocity)
+        return curve(t), curve(t, 1)
 
     def release(self) -> tuple[float, float]:
         """Return time and velocity at the first loss of contact.
@@ -180,10 +175,10 @@ def move(
 
     Damping acts by its exact factor exp(-c h/(2 m)) before and after every step.
 
-    >>> from reduced.motion.elastic_impact import spring_contact
+    >>> from reduced.motion.elastic_impact import SpringContact
     >>> from reduced.profiles.equivalents import cylinder
     >>> from reduced.springs.line import Springs
-    >>> disc = spring_contact(Springs(cylinder(0.5), 1.0), 1.0)  # stiffness 2 E* a = 1: half a sine
+    >>> disc = SpringContact(Springs(cylinder(0.5), 1.0), 1.0)  # stiffness 2 E* a = 1: half a sine
     >>> time, speed = move(disc, Mass(1.0, velocity=1.0), Stepping(0.001, 4000)).release()
     >>> round(time, 5), round(speed, 6)
     (3.14159, -1.0)

@@ -9,7 +9,7 @@ from reduced.errors import ConvergenceError, increasing_faults, positive_faults,
 from reduced.profiles.quadrature import gauss_legendre
 from reduced.profiles.section import Profile
 from reduced.springs.indent import fall
-from reduced.springs.line import NodalLine, SmoothLine, Springs
+from reduced.springs.line import Springs
 
 _ITERATIONS = 200
 _NODES = 48
@@ -20,16 +20,22 @@ _MARGIN = 1.01
 _LEAST, _MOST = 1e-150, 1e150  # beyond this, energies exceed the range of floating point
 
 
-@dataclass(frozen=True)
 class SpringContact:
-    """A profile on springs of stiffness E* dx (19.14), constructed by `spring_contact`.
+    """A profile on springs for penetrations up to `deepest`, to which `per_radius` refers.
 
-    Beyond `deepest`, the penetration for which the springs were laid, the last cell is continued.
+    Deeper, the last cell is continued.
+
+    >>> from reduced.profiles.equivalents import paraboloid
+    >>> ball = SpringContact(Springs(paraboloid(1.0), 1.0), 0.25)
+    >>> force, energy, stiffness = ball.respond(0.25)
+    >>> round(float(force), 12), round(float(stiffness), 12)  # (4/3) E* sqrt(R) d^1.5, 2 E* a
+    (0.166666666667, 1.0)
     """
 
-    line: SmoothLine | NodalLine
-    effective_modulus: float
-    deepest: float
+    def __init__(self, springs: Springs, deepest: float) -> None:
+        refuse(positive_faults(deepest=deepest))
+        self.line = springs.lay(float(springs.profile.contact_radius(deepest)))
+        self.effective_modulus = float(springs.effective_modulus)
 
     def respond(self, penetration: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return force, energy and stiffness dF/dd = E* times the contact length; 0 for d <= 0."""
@@ -40,20 +46,6 @@ class SpringContact:
         out[:, touching] = self.effective_modulus * np.array(self.line.respond(flat[touching]))
         stiffness, force, energy = (row.reshape(d.shape) for row in out)
         return force, energy, stiffness
-
-
-def spring_contact(springs: Springs, deepest: float) -> SpringContact:
-    """Return a profile on springs for penetrations up to `deepest`, to which `per_radius` refers.
-
-    >>> from reduced.profiles.equivalents import paraboloid
-    >>> ball = spring_contact(Springs(paraboloid(1.0), 1.0), 0.25)
-    >>> force, energy, stiffness = ball.respond(0.25)
-    >>> round(float(force), 12), round(float(stiffness), 12)  # (4/3) E* sqrt(R) d^1.5, 2 E* a
-    (0.166666666667, 1.0)
-    """
-    refuse(positive_faults(deepest=deepest))
-    line = springs.lay(float(springs.profile.contact_radius(deepest)))
-    return SpringContact(line, float(springs.effective_modulus), float(deepest))
 
 
 def impact_depth(
@@ -71,7 +63,7 @@ def impact_depth(
     few = Springs(profile, effective_modulus, per_radius=8)
 
     def stops(depth: float) -> bool:
-        contact = spring_contact(few, depth)
+        contact = SpringContact(few, depth)
         return bool(contact.respond(depth)[1] - load * depth >= kinetic_energy)
 
     depth, factor = float(profile.length), 4.0
@@ -120,7 +112,7 @@ def strike(springs: Springs, mass: float, velocity: ArrayLike) -> ElasticImpact:
     deepest = impact_depth(
         springs.profile, springs.effective_modulus, 0.5 * mass * float(speeds[-1]) ** 2
     )
-    law = spring_contact(springs, deepest)
+    law = SpringContact(springs, deepest)
     # the turning points, by Newton's method from the deep side, where U(d) is convex
     depth = np.full(energy.shape, deepest)
     for _ in range(_ITERATIONS):

@@ -114,11 +114,17 @@ def invert(
 
 
 def bisect(reached: Callable[[float], bool], low: float, high: float) -> float:
-    """Return the least number at which a statement holds that is false at `low`, true at `high`.
+    """Return the least number from which on a statement holds that is false at `low`.
 
-    >>> bisect(lambda x: x * x >= 2, 0.0, 2.0)
+    The interval to `high` is doubled until it holds there; ConvergenceError if it never does.
+
+    >>> bisect(lambda x: x * x >= 2, 0.0, 1.0)
     1.4142135623730951
     """
+    while not reached(high):
+        low, high = high, high + 2 * (high - low)
+        if not np.isfinite(high):
+            raise ConvergenceError("nothing carries this force, however deep")
     for _ in range(_ITERATIONS):
         middle = 0.5 * (low + high)
         if not low < middle < high:

@@ -17,8 +17,7 @@ from reduced.rough import walk as line_walk
 from reduced.rough.walk import Ends, walk
 
 PENETRATION, FORCE, MEAN_GAP = range(3)
-PENETRATIONS, FORCES, AREAS, LENGTHS, GAPS, ENERGIES, STIFFNESSES = range(7)
-FIELDS = 7
+DEPTH, GAP, FOUND = 5, 6, 7  # beside the measures of `walk`
 CONVERGED = 1e-12  # relative step, limited by rounding of Phi
 _FINISHED, _AGREED = 5e-14, 1e-13
 # Steps after which the next would be negligible: third order with cut cells, else second. The walk
@@ -40,9 +39,7 @@ def press_lines(
     control: int,
     goals: np.ndarray,
     ends: Ends,
-    units: np.ndarray,
-    fields: np.ndarray,
-    counts: np.ndarray,
+    found: np.ndarray,
 ) -> np.ndarray:
     """Solve lines one by one; return the last relative steps of the inversions.
 
@@ -55,12 +52,8 @@ def press_lines(
         order, or empty for inversion without sorting.
     goals : ndarray, shape (k,)
         Increasing penetrations, forces over E* dx, or mean gaps, by `control`.
-    units : ndarray, shape (FIELDS,)
-        Units of the fields.
-    fields, counts : ndarray, shape (FIELDS, all, k) and (all, k)
-        The rows of the m lines are filled: penetrations, forces (E* dx is their unit), sums of
-        squared contact lengths, contact lengths, mean gaps, energies (E* dx) and contact lengths
-        once more, for the stiffness; and the numbers of contacts.
+    found : ndarray, shape (FOUND, all, k)
+        The rows of the m lines are filled: the measures of `walk`, penetrations and mean gaps.
     """
     lines, n, k = orders.shape[0], heights.shape[1], goals.size
     steps = np.zeros(lines)
@@ -109,17 +102,12 @@ def press_lines(
                 walk(depth, start, d, ends, contact)
         for j in range(k):  # mean gaps in reverse order
             to = k - 1 - j if turned else j
+            for i in range(DEPTH):
+                found[i, row, to] = contact[j, i]
             force, length = contact[j, line_walk.FORCE], contact[j, line_walk.LENGTH]
             # In full contact only rounding would remain.
             gap = 0.0 if length >= n else max(highest - mean - d[j] + force / n, 0.0)
-            fields[PENETRATIONS, row, to] = units[PENETRATIONS] * d[j]
-            fields[FORCES, row, to] = units[FORCES] * force
-            fields[AREAS, row, to] = units[AREAS] * contact[j, line_walk.SQUARES]
-            fields[LENGTHS, row, to] = units[LENGTHS] * length
-            fields[GAPS, row, to] = units[GAPS] * gap
-            fields[ENERGIES, row, to] = units[ENERGIES] * contact[j, line_walk.ENERGY]
-            fields[STIFFNESSES, row, to] = units[STIFFNESSES] * length
-            counts[row, to] = int(contact[j, line_walk.COUNT])
+            found[DEPTH, row, to], found[GAP, row, to] = d[j], gap
     return steps
 
 

@@ -20,7 +20,6 @@ import scipy.fft
 from reduced.errors import choice_faults, positive_faults, refuse
 from reduced.rough.surface_spectrum import (
     ROUNDING,
-    Grid,
     SelfAffineLaw,
     Spectrum,
     SurfaceSpectrum,
@@ -134,7 +133,7 @@ def prescribed(
     surface = self_affine(points, size, roughness)
     if rule != "printed":
         return line_of(surface, rule)
-    law = roughness.law(Grid(points, size))
+    law = roughness.law(surface.cell)
     mode = np.arange(1, surface.whole_rings + 1)
     # The factor of the law, from the sum over all modes of the surface.
     variance = law(surface.magnitude)[surface.power > 0].sum()

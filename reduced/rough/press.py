@@ -123,10 +123,7 @@ def press(
     control, loads, heights = load.one_of(*CONTROLS), load.values, lines.heights
     stiff, cell = effective_modulus * lines.spacing, lines.spacing
     goals = loads / stiff if control == "force" else loads
-    squares = np.pi / 4 * cell * cell
-    units = np.array([1.0, stiff, squares, cell, 1.0, stiff, stiff])
-    fields = np.empty((inversion.FIELDS, heights.shape[0], loads.size))
-    counts = np.empty(fields.shape[1:], np.int64)
+    found = np.empty((inversion.FOUND, heights.shape[0], loads.size))
     ends = Ends(edges == "sub_cell", bool(lines.periodic))
 
     def press_rows(rows: slice) -> None:
@@ -134,7 +131,7 @@ def press(
         ordered = control != "penetration" and block.shape[1] <= _SHORT
         orders = (block if ordered else block[:, :0]).argsort(axis=1)
         steps = inversion.press_lines(
-            *(heights, orders, rows.start, CONTROLS[control], goals, ends, units, fields, counts)
+            *(heights, orders, rows.start, CONTROLS[control], goals, ends, found)
         )
         if not np.all(steps <= inversion.CONVERGED):
             row = rows.start + int(np.argmax(~(steps <= inversion.CONVERGED)))
@@ -149,7 +146,15 @@ def press(
     else:
         with ThreadPoolExecutor(threads) as pool:
             list(pool.map(press_rows, blocks))
-    if control != "penetration":
-        fields[inversion.FORCES if control == "force" else inversion.GAPS] = loads
-    penetration, force, area, length, gap, energy, stiffness = fields
-    return LineContact(penetration, force, area, length, counts, gap, stiffness, energy)
+    force, length, squares, count, energy, penetration, gap = found
+    given = np.broadcast_to(loads, force.shape).copy()
+    return LineContact(
+        penetration=penetration,
+        force=given if control == "force" else stiff * force,
+        contact_area=np.pi / 4 * cell * cell * squares,
+        contact_length=cell * length,
+        contact_count=count.astype(np.int64),
+        mean_gap=given if control == "mean_gap" else gap,
+        stiffness=stiff * length,
+        energy=stiff * energy,
+    )

@@ -77,12 +77,19 @@ class SurfaceSpectrum(Spectrum):
     @property
     def magnitude(self) -> np.ndarray:
         """|q| of every mode."""
-        return _magnitude(self.power.shape, self.size)
+        pairs = zip(self.power.shape, self.size, strict=True)
+        qx, qy = (2 * np.pi * np.fft.fftfreq(n, side / n) for n, side in pairs)
+        return np.hypot(qx[:, None], qy)
 
     @property
     def density(self) -> np.ndarray:
         """C2D(q) = Lx Ly/(2 pi)^2 |B2D|^2 of every mode (19.23)."""
         return self.size[0] * self.size[1] / (4 * np.pi**2) * self.power
+
+    @property
+    def cell(self) -> float:
+        """Side of a cell of the map, the longer one."""
+        return max(side / n for side, n in zip(self.size, self.power.shape, strict=True))
 
     @property
     def whole_rings(self) -> int:
@@ -201,14 +208,14 @@ class SelfAffineLaw:
             wrong.append(f"power must be finite, got {self.power!r}")
         refuse(wrong)
 
-    def law(self, grid: Grid) -> Callable[[np.ndarray], np.ndarray]:
-        """Return the power law as a function of q, up to a factor."""
+    def law(self, cell: float) -> Callable[[np.ndarray], np.ndarray]:
+        """Return the power law as a function of q, up to a factor; for cells of this side."""
         if self.hurst is not None:
             exponent = 2 * (1 + float(self.hurst))
         else:
             exponent = float(self.power if self.power is not None else np.nan)
         low = 2 * np.pi / self.long_cutoff if self.long_cutoff else 0.0
-        high = 2 * np.pi / (self.short_cutoff or 2 * grid.cell)
+        high = 2 * np.pi / (self.short_cutoff or 2 * cell)
 
         def law(q: np.ndarray) -> np.ndarray:
             # The circle belongs to the spectrum, independent of the rounding of |q|.
@@ -219,30 +226,6 @@ class SelfAffineLaw:
         return law
 
 
-@dataclass(frozen=True, init=False)
-class Grid:
-    """Points, at least 2, and sides of a map: one number or one per side."""
-
-    points: tuple[int, int]
-    size: tuple[float, float]
-
-    def __init__(self, points: int | tuple[int, int], size: float | tuple[float, float]) -> None:
-        shape, sides = _pair(points, "points"), _pair(size, "size")
-        wrong = [*count_faults(2, points=shape[0]), *positive_faults(size=sides[0])]
-        if shape[1] != shape[0]:
-            wrong += count_faults(2, points=shape[1])
-        if sides[1] != sides[0]:
-            wrong += positive_faults(size=sides[1])
-        refuse(wrong)
-        object.__setattr__(self, "points", (int(shape[0]), int(shape[1])))
-        object.__setattr__(self, "size", sides)
-
-    @property
-    def cell(self) -> float:
-        """Side of a cell, the longer one."""
-        return max(side / n for side, n in zip(self.size, self.points, strict=True))
-
-
 def self_affine(
     points: int | tuple[int, int], size: float | tuple[float, float], roughness: SelfAffineLaw
 ) -> SurfaceSpectrum:
@@ -250,10 +233,15 @@ def self_affine(
 
     The rms slope is that of the full gradient summed over the modes of the surface.
     """
-    grid = Grid(points, size)
-    magnitude = _magnitude(grid.points, grid.size)
-    square = roughness.law(grid)(magnitude)
-    for axis, n in enumerate(grid.points):
+    shape, sides = _pair(points, "points"), _pair(size, "size")
+    wrong = [fault for n in dict.fromkeys(shape) for fault in count_faults(2, points=n)]
+    wrong += [fault for side in dict.fromkeys(sides) for fault in positive_faults(size=side)]
+    refuse(wrong)
+    shape = int(shape[0]), int(shape[1])
+    empty = SurfaceSpectrum(np.zeros(shape), sides)
+    magnitude = empty.magnitude
+    square = roughness.law(empty.cell)(magnitude)
+    for axis, n in enumerate(shape):
         if n % 2 == 0:
             square[(slice(None),) * axis + (n // 2,)] = 0.0
     target, weight = roughness.rms_height, np.ones(())
@@ -263,13 +251,7 @@ def self_affine(
     if not total > 0:
         cutoffs = f"{roughness.long_cutoff!r} and {roughness.short_cutoff!r}"
         raise ValueError(f"no mode lies between the cutoffs {cutoffs}")
-    return SurfaceSpectrum(target**2 / total * square, grid.size)
-
-
-def _magnitude(shape: tuple[int, ...], sides: tuple[float, float]) -> np.ndarray:
-    """Return |q| of every mode of a map, in the order of the FFT."""
-    qx, qy = (2 * np.pi * np.fft.fftfreq(n, side / n) for n, side in zip(shape, sides, strict=True))
-    return np.hypot(qx[:, None], qy)
+    return SurfaceSpectrum(target**2 / total * square, sides)
 
 
 def _pair(value: ArrayLike, name: str) -> tuple:

@@ -26,7 +26,7 @@ from reduced.motion.blocks import (
     stable_step,
 )
 from reduced.motion.course import Mass, Push, Stepping, move
-from reduced.motion.elastic_impact import spring_contact
+from reduced.motion.elastic_impact import SpringContact
 from reduced.profiles import equivalents
 from reduced.springs.line import Springs
 from reference.closed_form import paraboloid
@@ -334,7 +334,7 @@ def free_vibration(
     }
     if model == "linear":
         return Finding(1 / small, 1 / period, _SOLVED, details)
-    contact = spring_contact(Springs(equivalents.paraboloid(1.0), 1.0), deepest * _STATIC)
+    contact = SpringContact(Springs(equivalents.paraboloid(1.0), 1.0), deepest * _STATIC)
     halves = []  # time from the deepest point to the highest one
     for steps in _one_more(effort, 1000, 4000):
         step = 0.6 * period / steps
@@ -371,7 +371,7 @@ def forced(
     if model == "linear":
         stated = linear_amplitude(1.0, frequency**2, _DAMPING, push * _LOAD, frequency)
         return Finding(stated, exact.amplitude, steady, details)
-    contact = spring_contact(Springs(equivalents.paraboloid(1.0), 1.0), 4 * _STATIC)
+    contact = SpringContact(Springs(equivalents.paraboloid(1.0), 1.0), 4 * _STATIC)
     swings = []
     for steps in _one_more(effort, 100, 400):
         run = move(

@@ -10,7 +10,7 @@ from scipy.special import beta
 
 from reduced.errors import ConvergenceError
 from reduced.motion.course import SCHEMES, Mass, Push, Stepping, move
-from reduced.motion.elastic_impact import impact_depth, spring_contact, strike
+from reduced.motion.elastic_impact import SpringContact, impact_depth, strike
 from reduced.profiles.equivalents import (
     cone,
     cylinder,
@@ -62,7 +62,7 @@ def test_impacts_of_power_laws_last_as_the_closed_form_says(profile, exponent, t
 def test_steps_in_time_reach_the_impact_by_energy(profile, scheme):
     """Second order in the step: the duration between 50 and 400 steps, fitted within 0.2."""
     exact = strike(Springs(profile, 1.0), 1.0, [0.02])
-    contact = spring_contact(Springs(profile, 1.0), impact_depth(profile, 1.0, 2e-4))
+    contact = SpringContact(Springs(profile, 1.0), impact_depth(profile, 1.0, 2e-4))
     counts, errors = np.array([50, 100, 200, 400]), []
     for n in counts:
         motion = moved(
@@ -81,8 +81,8 @@ def test_a_fourth_order_step_keeps_its_order_inside_the_contact_only():
     the release lies is arbitrary, so that errors scatter about an order between 2 and 3.
     """
     counts = np.array([128, 256, 512, 1024])
-    punch = spring_contact(Springs(cylinder(0.5), 1.0), 10.0)
-    ball = spring_contact(Springs(paraboloid(1.0), 1.0), impact_depth(paraboloid(1.0), 1.0, 2e-4))
+    punch = SpringContact(Springs(cylinder(0.5), 1.0), 10.0)
+    ball = SpringContact(Springs(paraboloid(1.0), 1.0), impact_depth(paraboloid(1.0), 1.0, 2e-4))
     exact = float(strike(Springs(paraboloid(1.0), 1.0), 1.0, [0.02]).duration[0])
     held, struck = [], []
     for n in counts:
@@ -101,14 +101,14 @@ def test_a_fourth_order_step_keeps_its_order_inside_the_contact_only():
 def test_an_elastic_impact_gives_back_its_energy_whatever_the_step(steps, mass, speed):
     """Restitution 1 with the energy-conserving step, even with two steps per impact: to 1e-11."""
     exact = strike(Springs(paraboloid(1.0), 1.0), mass, [speed])
-    contact = spring_contact(Springs(paraboloid(1.0), 1.0), 2 * exact.penetration[0])
+    contact = SpringContact(Springs(paraboloid(1.0), 1.0), 2 * exact.penetration[0])
     motion = moved(contact, Mass(mass, velocity=speed), exact.duration[0] / steps, 3 * steps + 3)
     assert motion.release()[1] == pytest.approx(-speed, rel=1e-11)
 
 
 def test_verlet_is_stable_up_to_two_over_the_frequency():
     """A mass held on a punch, k = 1: h w = 1.99 stays, 2.01 leaves; implicit, 20 stays."""
-    punch = spring_contact(Springs(cylinder(0.5), 1.0), 10.0)
+    punch = SpringContact(Springs(cylinder(0.5), 1.0), 10.0)
     for step, scheme, stays in (
         (1.99, "verlet", True),
         (2.01, "verlet", False),
@@ -130,7 +130,7 @@ def test_units_change_no_digit():
     for scheme in SCHEMES:
         runs = [
             moved(
-                spring_contact(Springs(paraboloid(r), e), 0.02 * r),
+                SpringContact(Springs(paraboloid(r), e), 0.02 * r),
                 Mass(m, velocity=0.01 * r / t),
                 0.1 * t,
                 400,
@@ -147,7 +147,7 @@ def test_a_ramp_of_force_moves_a_linear_spring_as_the_closed_form_says(scheme):
 
     Second order: (0.005)^2 of the motion, and cubics between the records.
     """
-    punch = spring_contact(Springs(cylinder(0.5), 1.0), 10.0)
+    punch = SpringContact(Springs(cylinder(0.5), 1.0), 10.0)
     run = moved(
         punch, Mass(1.0), 0.005, 2000, Push(history=([0.0, 4.0], [0.0, 4.0])), scheme=scheme
     )
@@ -166,7 +166,7 @@ def test_a_ramp_of_force_moves_a_linear_spring_as_the_closed_form_says(scheme):
 def test_what_cannot_be_done_is_said():
     with pytest.raises(ValueError, match=r"mass must be.*velocity must be"):
         strike(Springs(paraboloid(1.0), 1.0), -1.0, [1.0, 0.5])
-    ball = spring_contact(Springs(paraboloid(1.0), 1.0), 0.1)
+    ball = SpringContact(Springs(paraboloid(1.0), 1.0), 0.1)
     with pytest.raises(ValueError, match=r"mass must be.*damping must be finite and >= 0"):
         Mass(0.0, damping=-1.0)
     with pytest.raises(ValueError, match=r"step must be.*multiple of stride = 2"):
@@ -176,6 +176,6 @@ def test_what_cannot_be_done_is_said():
     with pytest.raises(ValueError, match="history must be increasing"):
         Push(history=([1.0, 0.0], [1.0, 1.0]))
     with pytest.raises(ValueError, match="sub_cell"):
-        moved(spring_contact(Springs(paraboloid(1.0), 1.0, edges="nodal"), 0.1), Mass(1.0), 0.1, 1)
+        moved(SpringContact(Springs(paraboloid(1.0), 1.0, edges="nodal"), 0.1), Mass(1.0), 0.1, 1)
     with pytest.raises(ConvergenceError, match="did not leave"):
         moved(ball, Mass(1.0, velocity=0.1), 0.1, 1).release()
