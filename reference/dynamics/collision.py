@@ -149,30 +149,16 @@ def _stopping_depth(form: ClosedForm, kinetic: float) -> float:
     """Solve U(d) = m v^2/2, first by halving and doubling; a shape may end (a sphere at R)."""
 
     def excess(d: float) -> float:
-        try:
-            return float(form.energy(d)) / kinetic - 1
-        except ValueError:  # deeper than valid for the shape
-            return math.inf
+        return float(form.energy(d)) / kinetic - 1
 
-    low, searches = 1.0, 2000
-    for _ in range(searches):
-        if excess(low) <= 0:
-            break
+    low = min(1.0, form.limit)
+    while excess(low) > 0:
         low /= 16
     high = low
-    for _ in range(searches):
-        if excess(high) >= 0:
-            break
-        high *= 16
-    if math.isinf(excess(high)):
-        # the largest depth valid for the shape, by bisection
-        inside = high / 16
-        for _ in range(60):
-            middle = 0.5 * (inside + high)
-            inside, high = (inside, middle) if math.isinf(excess(middle)) else (middle, high)
-        high = inside
-    if not excess(low) <= 0 <= excess(high):
-        raise ConvergenceError(f"{form.name}: the contact does not stop the mass", [low, high])
+    while excess(high) < 0:
+        if high == form.limit or high > 1e300:
+            raise ConvergenceError(f"{form.name}: the contact does not stop the mass", [low, high])
+        high = min(16 * high, form.limit)
     return brentq(excess, low, high, xtol=1e-15 * high, rtol=1e-15)
 
 

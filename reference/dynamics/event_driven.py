@@ -164,8 +164,8 @@ def follow(
         event = _next_event(phases[-1], guards, duration / unit - time, starting)
         if event is None:
             return BlockMotion(phases, float(duration), blocks.belt, length, unit)
-        time, state, starting = time + event.after, event.state, event.starting
-        block, sense = event.guard.block, event.guard.sense
+        (_, block, sense), after, state, starting = event
+        time += after
         if sense:
             direction = direction.copy()
             direction[block] = sense
@@ -218,26 +218,14 @@ class Guard(NamedTuple):
     sense: int  # direction in which the block starts to slide below zero; 0: it comes to rest
 
 
-class Event(NamedTuple):
-    """The end of a phase: its guard, the time since the start, z, and who has hardly started.
-
-    In z the speed of a block that comes to rest is exactly zero; `starting` (n,) are blocks whose
-    sliding speed has not yet exceeded its rounding.
-    """
-
-    guard: Guard
-    after: float
-    state: Array
-    starting: np.ndarray
-
-
 def _next_event(
     phase: Phase, guards: list[Guard], remaining: float, starting: np.ndarray
-) -> Event | None:
-    """Return the first event within the time `remaining`, if there is one.
+) -> tuple[Guard, float, Array, np.ndarray] | None:
+    """Return the first event within the time `remaining`: guard, time since the start, z.
 
-    The speed of a block that has just started to slide is zero with rounding of either sign: it
-    cannot end a phase before it has become positive, in this or a later phase.
+    In z the speed of a block that comes to rest is exactly zero. The speed of a block that has just
+    started to slide is zero with rounding of either sign: it cannot end a phase before it has
+    become positive, in this or a later phase; which are still `starting` (n,) is returned, too.
     """
     A, state, time, starting = phase.matrix, phase.state, 0.0, starting.copy()
     rate = float(np.abs(eigvals(A)).max())
@@ -273,7 +261,7 @@ def _next_event(
             state = phase.moved(state, after)
             if guards[k].sense == 0:
                 state[starting.size + guards[k].block] = 0.0  # zero up to rounding
-            return Event(guards[k], time + after, state, starting)
+            return guards[k], time + after, state, starting
         state = later
         for k, (row, block, sense) in enumerate(guards):
             starting[block] &= sense != 0 or row @ state <= rounding[k, 0]

@@ -15,10 +15,9 @@ from reference.errors import ConvergenceError, count_faults, positive_faults, re
 from reference.lubrication import formulas
 from reference.lubrication.loaded import BentSurface, LoadedFilm
 from reference.lubrication.reynolds import (
-    Approach,
-    Entrainment,
     Film,
     FilmState,
+    Transport,
     around_point,
     rigid_film_at,
 )
@@ -257,7 +256,7 @@ def approach(ball: Ball, speed: float, resolution: int) -> PointFilm:
         grid = replace(full, load=share)
         guess = before.separation - 0.8 * (earlier.separation - before.separation)
         start = FilmState(before.s, guess, before.displacement)
-        state = grid.solve(Approach(number, before, earlier), start)
+        state = grid.solve(Transport(0.0, number, (before, earlier)), start)
     return problem.film_of(grid, state, speed)
 
 
@@ -352,7 +351,7 @@ def _lowered(
     closest = _CLOSEST if finest else _NEAR_ENOUGH
 
     def solved(speed: float, start: FilmState) -> FilmState:
-        flow = Entrainment(speed)
+        flow = Transport(speed)
         return loaded.solve(flow, start, _BALANCED if finest and speed == number else _ROUGHLY)
 
     films: list[tuple[float, FilmState]] = []

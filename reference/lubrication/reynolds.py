@@ -219,27 +219,6 @@ class Film:
         pushed = self.conductance * h**3 * (self.steps @ state.pressure.ravel())
         return speed * self.width * carried - pushed
 
-    def balance(self, state: FilmState, speed: float) -> Array:
-        """Return what flows out of each cell."""
-        return -(self.steps.T @ self.flow(state, speed)).reshape(self.gap.shape)
-
-    def derivatives(
-        self, state: FilmState, speed: float
-    ) -> tuple[sparse.csr_array, sparse.csr_array]:
-        """Return the derivatives of the balance by s and by the displacement of each cell.
-
-        That by the separation is the sum of the columns of the second.
-        """
-        diagonal, h, drawn = sparse.diags_array, self.faces(state), speed * self.width
-        steep = self.conductance * h**2
-        upstream = diagonal(drawn) @ self.upstream
-        full = (state.s > 0).ravel()
-        by_s = diagonal(steep * h) @ self.steps @ diagonal(full.astype(float))
-        by_s -= upstream @ diagonal(np.where(full, 0.0, self.thickness(state).ravel()))
-        by_u = diagonal(3 * steep * (self.steps @ state.pressure.ravel()) - drawn) @ self.means
-        by_u += upstream @ diagonal(state.vapour.ravel())
-        return sparse.csr_array(self.steps.T @ by_s), sparse.csr_array(self.steps.T @ by_u)
-
 
 def _flat(along: Array, across: Array) -> Array:
     return np.concatenate([along.ravel(), across.ravel()])
@@ -254,82 +233,69 @@ class Slopes(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Entrainment:
-    """Surfaces that draw the film along x at the mean speed U: L = 12 eta U."""
+class Transport:
+    """What drives a film besides pressure, and what a thicker one keeps.
 
-    speed: float
-
-    def balance(self, film: Film, state: FilmState) -> Array:
-        """Return the volume of oil that leaves each cell per time."""
-        return film.balance(state, self.speed)
-
-    def slopes(self, film: Film, state: FilmState) -> Slopes:
-        """Return its derivatives."""
-        by_s, by_displacement = film.derivatives(state, self.speed)
-        return Slopes(by_s, by_displacement, by_displacement.sum(axis=1))
-
-    def carried(self, film: Film, state: FilmState) -> Array:
-        """Return the flow that the balance of each cell is compared with: through a face."""
-        return self.speed * film.cells.widths[1] * film.thickness(state)
-
-    def admits(self, separation: float) -> bool:
-        """Whether it is possible at this separation: at any."""
-        return True
-
-
-@dataclass(frozen=True)
-class Approach:
-    """Bodies that approach at a speed V, L = 12 eta V: one step in time.
-
-    `before` is the film one step ago, `earlier` two steps ago. The separation is the clock: it
-    falls by V dt. Its derivative is a backward difference of second order on steps of any size.
+    Surfaces draw it along x at the mean speed U, L = 12 eta U (`speed`); or bodies approach at V,
+    L = 12 eta V (`approach`), one step in time after the films of the `past`, one and two steps
+    ago. The separation is the clock: it falls by V dt. Its derivative is a backward difference of
+    second order on steps of any size.
     """
 
     speed: float
-    before: FilmState
-    earlier: FilmState
+    approach: float = 0.0
+    past: tuple[FilmState, ...] = ()
 
     def balance(self, film: Film, state: FilmState) -> Array:
         """Return the volume of oil that leaves each cell per time, and what it stores."""
-        weights = self._weights(self.before.separation - state.separation)
-        kept = sum(w * oil for w, oil in zip(weights, self._oil(film, state), strict=True))
-        return film.balance(state, 0.0) + self.carried(film, state) * kept
+        leaving = -(film.steps.T @ film.flow(state, self.speed)).reshape(film.gap.shape)
+        if not self.past:
+            return leaving
+        weights = self._weights(self.past[0].separation - state.separation)
+        kept = sum(w * film.oil(s) for w, s in zip(weights, (state, *self.past), strict=True))
+        return leaving + self.carried(film, state) * kept
 
     def slopes(self, film: Film, state: FilmState) -> Slopes:
         """Return its derivatives; that by the separation includes the weights of the difference."""
-        by_s, by_displacement = film.derivatives(state, 0.0)
-        fall, area = self.before.separation - state.separation, self.carried(film, state).ravel()
+        diagonal, h, drawn = sparse.diags_array, film.faces(state), self.speed * film.width
+        steep = film.conductance * h**2
+        upstream = diagonal(drawn) @ film.upstream
+        full, thickness = (state.s > 0).ravel(), film.thickness(state).ravel()
+        by_s = diagonal(steep * h) @ film.steps @ diagonal(full.astype(float))
+        by_s -= upstream @ diagonal(np.where(full, 0.0, thickness))
+        by_s = sparse.csr_array(film.steps.T @ by_s)
+        by_u = diagonal(3 * steep * (film.steps @ state.pressure.ravel()) - drawn) @ film.means
+        by_u += upstream @ diagonal(state.vapour.ravel())
+        by_u = sparse.csr_array(film.steps.T @ by_u)
+        if not self.past:
+            return Slopes(by_s, by_u, by_u.sum(axis=1))
+        fall, area = self.past[0].separation - state.separation, self.carried(film, state).ravel()
         step, by_oil = 1e-6 * fall, area * self._weights(fall)[0]
-        sides = self._weights(fall + step), self._weights(fall - step), self._oil(film, state)
-        turned = sum((a - b) / (2 * step) * oil for a, b, oil in zip(*sides, strict=True))
-        emptied = np.where(state.s > 0, 0.0, film.thickness(state)).ravel()
-        by_s = by_s + sparse.diags_array(by_oil * emptied)
-        stored = sparse.diags_array(by_oil * (1 - state.vapour).ravel())
-        by_displacement = sparse.csr_array(by_displacement + stored)
-        by_separation = by_displacement.sum(axis=1) - area * np.ravel(turned)
-        return Slopes(sparse.csr_array(by_s), by_displacement, by_separation)
+        sides = self._weights(fall + step), self._weights(fall - step), (state, *self.past)
+        turned = sum((a - b) / (2 * step) * film.oil(s) for a, b, s in zip(*sides, strict=True))
+        by_s = by_s + diagonal(by_oil * np.where(full, 0.0, thickness))
+        by_u = sparse.csr_array(by_u + diagonal(by_oil * (1 - state.vapour).ravel()))
+        return Slopes(sparse.csr_array(by_s), by_u, by_u.sum(axis=1) - area * np.ravel(turned))
 
     def carried(self, film: Film, state: FilmState) -> Array:
-        """Return the volume that the approach displaces from each cell per time."""
-        return np.broadcast_to(self.speed * film.cells.area / film.cells.copies, film.gap.shape)
+        """Return what the balance of each cell is compared with, per time.
+
+        The flow through a face, or what the approach displaces.
+        """
+        if self.past:
+            volume = self.approach * film.cells.area / film.cells.copies
+            return np.broadcast_to(volume, film.gap.shape)
+        return self.speed * film.cells.widths[1] * film.thickness(state)
 
     def admits(self, separation: float) -> bool:
-        """Whether the bodies have come closer."""
-        return separation < self.before.separation
-
-    def _oil(self, film: Film, state: FilmState) -> list[Array]:
-        """Oil of this film and earlier ones."""
-        return [film.oil(s) for s in (state, self.before, self.earlier)]
+        """Whether it is possible at this separation: bodies that approach have come closer."""
+        return not self.past or separation < self.past[0].separation
 
     def _weights(self, fall: float) -> tuple[float, ...]:
-        """Weights of the oil of these films in d(oil)/dt over V."""
-        last = self.earlier.separation - self.before.separation
+        """Weights of the oil of the last three films in d(oil)/dt over V."""
+        last = self.past[1].separation - self.past[0].separation
         both = fall + last
         return (fall + both) / (fall * both), -both / (fall * last), fall / (last * both)
-
-
-# What drives the flow besides pressure.
-Transport = Entrainment | Approach
 
 
 def rigid_film_at(film: Film, separation: float) -> FilmState:
@@ -340,7 +306,7 @@ def rigid_film_at(film: Film, separation: float) -> FilmState:
     pressures do that are zero to round-off.
     """
     rigid = np.zeros(film.gap.shape)
-    flow = Entrainment(1.0)
+    flow = Transport(1.0)
     # full in front of the narrowest place, ruptured behind it
     s = np.where(film.cells.centres[0] < 0, 1.0, -0.5) + rigid
     state = FilmState(s, separation, rigid)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from typing import NamedTuple
 
@@ -151,7 +151,15 @@ class GeneralisedMaxwell:
             brackets.append((min(times[0], least) / 4, times[0]))
         modes = []
         for low, high in brackets:
-            ell = _zero(modulus, low, high)
+            margin, ell = 1e-3, None
+            while ell is None:  # the ends may be poles
+                inner, outer = low + margin * (high - low), high - margin * (high - low)
+                if inner <= low or outer >= high:
+                    # the zero is at a pole to rounding: an arm too weak to add compliance
+                    ell = low if inner <= low else high
+                elif modulus(inner) < 0 < modulus(outer):
+                    ell = brentq(modulus, inner, outer, xtol=1e-15 * inner, rtol=1e-15, maxiter=300)
+                margin /= 10
             if ell not in times:  # else the compliance vanishes
                 slope = sum(w / (ell - tau) ** 2 for w, tau in zip(weights, times, strict=True))
                 modes.append((1 / (ell * (slope + self.viscosity / ell**2)), ell))
@@ -163,16 +171,3 @@ class GeneralisedMaxwell:
             compliances,
             retardations,
         )
-
-
-def _zero(function: Callable[[float], float], low: float, high: float) -> float:
-    """Return the zero between two ends at which the function may be infinite."""
-    margin = 1e-3
-    while True:
-        inner, outer = low + margin * (high - low), high - margin * (high - low)
-        if inner <= low or outer >= high:
-            # The zero is at a pole to rounding: an arm too weak to add compliance.
-            return low if inner <= low else high
-        if function(inner) < 0 < function(outer):
-            return brentq(function, inner, outer, xtol=1e-15 * inner, rtol=1e-15, maxiter=300)
-        margin /= 10

@@ -11,11 +11,10 @@ from reference.lubrication import formulas
 from reference.lubrication.loaded import BentSurface, LoadedFilm
 from reference.lubrication.point import Ball, approach, entrain, self_affine, waviness
 from reference.lubrication.reynolds import (
-    Approach,
-    Entrainment,
     Film,
     FilmCells,
     FilmState,
+    Transport,
     around_point,
     rigid_cylinder,
     rigid_film_at,
@@ -42,13 +41,10 @@ def test_derivatives_are_those_of_the_balance(kind):
     cells = around_point(4, (-2.5, 1.5), 2.0, 8.0)
     film = Film(cells, bowl)
     state = random_state(cells)
-    flow = Entrainment(0.8)
+    flow = Transport(0.8)
     if kind == "squeezed":
-        flow = Approach(
-            0.8,
-            FilmState(state.s, 0.8, state.displacement),
-            FilmState(state.s, 1.3, state.displacement),
-        )
+        past = tuple(FilmState(state.s, at, state.displacement) for at in (0.8, 1.3))
+        flow = Transport(0.0, 0.8, past)
     slopes = flow.slopes(film, state)
     rng = np.random.default_rng(1)
     # small beside |s|, so that no cell ruptures
@@ -109,7 +105,7 @@ def test_half_of_sommerfelds_pressure_below_a_rigid_sphere():
     cells = FilmCells(x, y, (slice(0, x.size - 1), slice(0, y.size - 1)))
     film = Film(cells, lambda x, y: x**2 + y**2)
     full = FilmState(np.ones(cells.shape), 1.0, np.zeros(cells.shape))
-    flow = Entrainment(1.0)
+    flow = Transport(1.0)
     # nothing ruptures: the equations are linear
     pressure = 1 - spsolve(flow.slopes(film, full).s.tocsc(), flow.balance(film, full).ravel())
     load = float(pressure @ cells.area.ravel()) * 12 / 0.5**1.5
@@ -235,7 +231,7 @@ def test_cells_that_rupture_or_heal_halt_at_zero_in_a_step():
     start.s[:2] = 0.5
     wild = np.full(cells.shape, 1e5)
     wild[:2] = -3.0
-    after = loaded._moved(Entrainment(1.0), start, wild, 0.0)
+    after = loaded._moved(Transport(1.0), start, wild, 0.0)
     assert np.abs(after.s).max() < 1e-300
     assert ((after.s > 0) != (start.s > 0)).all()
 
@@ -282,7 +278,7 @@ def test_every_cell_keeps_its_oil_below_a_soft_ball():
     cells = around_point(8, (-2.5, 1.5), 2.0, 20.0)
     loaded = LoadedFilm(Film(cells, bowl), BentSurface(cells, 0.01))
     start = rigid_film_at(loaded.film, 1.0)
-    flow = Entrainment(1 / float((start.pressure * cells.area).sum()))
+    flow = Transport(1 / float((start.pressure * cells.area).sum()))
     state = loaded.solve(flow, start)
     balance = flow.balance(loaded.film, state)
     assert (state.vapour > 0).any()
@@ -296,7 +292,7 @@ def test_stagnation_is_not_called_a_thin_film():
     start = rigid_film_at(loaded.film, 1.0)
     carried = float((start.pressure * cells.area).sum())
     with pytest.raises(ConvergenceError, match="stagnates at round-off"):
-        loaded.solve(Entrainment(1 / carried), start, tolerance=0.0)
+        loaded.solve(Transport(1 / carried), start, tolerance=0.0)
 
 
 def test_a_solver_that_starts_beside_itself_gives_up():
@@ -305,7 +301,7 @@ def test_a_solver_that_starts_beside_itself_gives_up():
     loaded = LoadedFilm(Film(cells, bowl), BentSurface(cells, 1.0))
     wild = FilmState(np.ones(cells.shape), -100.0, np.zeros(cells.shape))
     with pytest.raises(ConvergenceError) as caught:
-        loaded.solve(Entrainment(1.0), wild)
+        loaded.solve(Transport(1.0), wild)
     assert caught.value.history
 
 
