@@ -177,13 +177,11 @@ _ROUNDS = 200
 class ZunkerKamrin:
     """An elastic-perfectly plastic ball by Zunker & Kamrin (2024, J. Mech. Phys. Solids).
 
-    A sphere, overlap 2 R d - d^2, or a paraboloid, 2 R d. Their particle is itself deformable and
-    pressed by rigid flats: a rigid ball in a half-space only while a << R (Jackson & Kogut 2006).
-
-    Until the mean pressure of Hertz's contact reaches p_Y the ball is Hertz's. Beyond, the pressure
-    is uniform, p_Y, whose springs carry q = 2 p_Y sqrt(a^2 - x^2) per length; the area goes on with
-    the slope 2 pi R of a rigid-plastic ball; and unloading is elastic, of an ellipse of the depth
-    2 p_Y a/E*.
+    A sphere or a paraboloid. Their particle is itself deformable and pressed by rigid flats: a
+    rigid ball in a half-space only while a << R (Jackson & Kogut 2006). Until the mean pressure of
+    Hertz's contact reaches p_Y the ball is Hertz's. Beyond, the pressure is uniform, p_Y, whose
+    springs carry q = 2 p_Y sqrt(a^2 - x^2) per length; the area goes on with the slope 2 pi R of a
+    rigid-plastic ball; and unloading is elastic, of an ellipse of the depth 2 p_Y a/E*.
     """
 
     def __init__(

@@ -153,17 +153,10 @@ def wear(
 class Rings:
     """Equal rings around an axis, two at least; `spacing` is their width and the springs' distance.
 
-    Attributes
-    ----------
-    radii : ndarray
-        Outer rims of the rings, at which the worn depths are given.
-    middles : ndarray
-        Places of the springs.
-    areas : ndarray
-        What a worn depth is multiplied by for its volume.
+    Worn depths are given at `radii`, the outer rims; springs stand at the `middles`. Depths times
+    the `areas` are volumes, `lowering` times them the change of the line over the springs.
+    `raising` times a line is its body at the rims, (2/pi) int_0^r g(x)/sqrt(r^2 - x^2) dx.
 
-    Examples
-    --------
     A parabola g = x^2 pressed by 1, below which Hertz's pressure is 2 sqrt(1 - r^2)/pi:
 
     >>> rings = Rings(0.01, 120)
@@ -180,26 +173,18 @@ class Rings:
         rim = count * spacing
         starts, ends = self.radii[:-1], self.radii[1:]  # between which w has its slopes
         turned = np.diff(_turned(bound, ends) - _turned(bound, starts), axis=0) / spacing
-        self._lowering = self._of_slopes(turned)
-        self._lowering[:, 0] += 1.0
+        self.lowering = self._of_slopes(turned)
+        self.lowering[:, 0] += 1.0
         volumes = np.pi * (rim**2 * (ends - starts) - (ends**3 - starts**3) / 3)
         self.areas = self._of_slopes(volumes[None, :])[0]
         self.areas[0] += np.pi * rim**2
         turn = np.arcsin(np.minimum(bound.T / self.radii[:, None], 1.0))
-        self._raising = 2 / np.pi * np.diff(turn, axis=1)
+        self.raising = 2 / np.pi * np.diff(turn, axis=1)
 
     def _of_slopes(self, rows: np.ndarray) -> np.ndarray:
         """Return rows that act on the depths of rings from rows that act on the slopes between."""
         rows = rows / self.spacing
         return np.pad(rows, ((0, 0), (1, 0))) - np.pad(rows, ((0, 0), (0, 1)))
-
-    def lowered(self, worn: np.ndarray) -> np.ndarray:
-        """Return the change of the line over the springs when rings have lost so much."""
-        return self._lowering @ worn
-
-    def raised(self, line: np.ndarray) -> np.ndarray:
-        """Return the body of a line, (2/pi) int_0^r g(x)/sqrt(r^2 - x^2) dx, at the rims."""
-        return self._raising @ line
 
     def pressures(self, deflection: np.ndarray) -> np.ndarray:
         """Return the pressure over E* at the rims from deflections of the springs.
@@ -207,7 +192,7 @@ class Rings:
         2 dx sum_i delta_i dg_i is their work over E* when the line rises by dg. Deflections out of
         contact are negative, and do none.
         """
-        forces = 2 * self.spacing * (np.maximum(deflection, 0.0) @ self._lowering)
+        forces = 2 * self.spacing * (np.maximum(deflection, 0.0) @ self.lowering)
         return np.asarray(forces / self.areas)
 
 
@@ -238,7 +223,7 @@ class RoundBody:
 
     def heights(self, worn: np.ndarray) -> np.ndarray:
         """Return g over the springs of one half."""
-        return self.unworn + self.rings.lowered(worn)
+        return self.unworn + self.rings.lowering @ worn
 
     def line(self, worn: np.ndarray) -> RoughLines:
         """Return both halves of the line."""
@@ -262,7 +247,7 @@ class RoundBody:
             raise ConvergenceError("worn so that the contact is no full circle any more")
         wear = modulus * np.maximum(pressure, 0.0)
         if slip is not None:
-            wear = wear * np.maximum(self.rings.raised(np.maximum(heights - slip, 0.0)), 0.0)
+            wear = wear * np.maximum(self.rings.raising @ np.maximum(heights - slip, 0.0), 0.0)
         return wear, float(wear @ self.rings.areas)
 
 

@@ -92,9 +92,9 @@ def roll(
 
 @dataclass(frozen=True)
 class RollingRough:
-    """A rough line that rolls: penetration of the smooth profile, means and scatter over the way.
+    """A rough line that rolls: penetration of the smooth profile, mean forces over the way.
 
-    `scatter` is the standard deviation of the tangential force along the way.
+    `scatter` is the standard deviation of the tangential force along it.
     """
 
     penetration: float
@@ -114,17 +114,10 @@ def roll_rough(
 ) -> RollingRough:
     """Roll along a roughness at the one penetration that carries the force on average.
 
-    The roughness travels through the contact with the springs.
+    `gap` (n,) is that of the smooth profile on a window, from its trailing end to the leading one;
+    `roughness` (m,), m >= n, has heights in the order in which the window meets them, positive
+    towards the springs, with which they travel.
 
-    Parameters
-    ----------
-    gap : array_like, shape (n,)
-        Of the smooth profile on a window, from its trailing end to the leading one.
-    roughness : array_like, shape (m,), m >= n
-        Heights in the order in which the window meets them, positive towards the springs.
-
-    Examples
-    --------
     Without roughness it is `roll`:
 
     >>> x = np.arange(-120, 121) / 100

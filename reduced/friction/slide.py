@@ -3,34 +3,29 @@
 Each spring has the tangential stiffness G* dx with G* = 4 G/(2 - nu) (19.18) and slips where its
 force would exceed mu times its normal force (19.19; Popov & Hess 2015, sec. 5.2). Here the normal
 load is constant along any path of tangential force or displacement (`slide`), or the penetration
-changes on the way, too (`follow`).
+changes on the way, too (`follow`). Exact for every body of revolution, but for the coupling of
+normal and tangential displacements and slip across the load (Jaeger 1995; docs/friction.md).
 
-Exact for every body of revolution, but for the coupling of normal and tangential displacements and
-slip across the load (Jaeger 1995; docs/friction.md).
+**Constant normal load.** A row of springs is a Prandtl-Ishlinskii model, determined by its first
+loading curve phi: after a reversal every spring needs twice its threshold w(x) = d - g(x), so the
+force changes from the turning point by 2 phi(half the displacement) (Masing 1926); a closed loop is
+forgotten, and the interrupted curve continues (Madelung's rules; Visintin, *Differential Models of
+Hysteresis*, 1994, sec. III); force and displacement may be exchanged, because phi increases. With w
+= G* u/(mu E*) and T = F_x/(mu E*), phi(w) = N(d) - N(d - w), N = F/E* the normal law of the same
+springs (Jaeger 1995; Ciavarella 1998; Popov & Hess 2015, sec. 5.3).
 
-A row of springs is a Prandtl-Ishlinskii model, determined by its first loading curve phi: after a
-reversal every spring needs twice its threshold w(x) = d - g(x), so the force changes from the
-turning point by 2 phi(half the displacement) (Masing 1926); a closed loop is forgotten, and the
-interrupted curve continues (Madelung's rules; Visintin, *Differential Models of Hysteresis*, 1994,
-sec. III); force and displacement may be exchanged, because phi increases. With w = G* u/(mu E*) and
-T = F_x/(mu E*), phi(w) = N(d) - N(d - w), N = F/E* the normal law of the same springs (Jaeger 1995;
-Ciavarella 1998; Popov & Hess 2015, sec. 5.3).
-
-**Any path of penetration and tangential displacement, event by event.**
-
-The gap is linear between the points of the line, and so are the friction bounds +-(d - g) and the
-tangential forces of springs that stick or slip together. A step of the path changes d and u in
-proportion. During the step a spring that makes contact starts without tangential force, one that
-reaches its bound stays on it, and one that loses contact forgets its force. As rates are constant,
-the end of the step determines the result:
+**Any path of penetration and tangential displacement.** The gap is linear between the points of the
+line, and so are the friction bounds +-(d - g) and the tangential forces of springs that stick or
+slip together. A step changes d and u in proportion: a spring that makes contact starts without
+tangential force, one that reaches its bound stays on it, one that loses contact forgets its force.
+As rates are constant, the end of the step determines the result:
 
     t -> clip(t + v, -w, w)                   springs in contact throughout, w = d - g at the end,
     t  = clip(v (d - g)/(d - d_before), -w, w)    springs touched in the step,
 
 with v = G* u/(mu E*) the increment and t = f_x/(mu E* dx). Where a boundary of contact or slip is
 between two points, a knot is inserted, so the forces are exact for the piecewise linear gap and
-converge as dx^2 for a curved one. Knots inside a slipping or free part are removed, so their number
-is bounded by the boundaries in the memory of the path.
+converge as dx^2 for a curved one. Knots inside a slipping or free part are removed.
 """
 
 from collections.abc import Callable
@@ -54,10 +49,9 @@ class TangentialPath:
     """Response along a tangential path at constant normal load.
 
     Arrays have shape (k,) for a single contact and (m, k) for m lines; `penetration` and `force`
-    have one dimension less. The displacement is that of the rigid indenter against the undeformed
-    half-space. `stick_length` is that of the sticking springs on arrival at the point, half of it
-    the stick radius of a single contact; `stiffness` is dF_x/du there, G* times it; `dissipation`
-    is lost since the start of the path.
+    have one dimension less. The displacement is that of the indenter against the undeformed
+    half-space. `stick_length` is twice the stick radius of a single contact; `stiffness` is
+    dF_x/du, G* times it; `dissipation` is lost since the start of the path.
     """
 
     penetration: float | np.ndarray
@@ -106,21 +100,14 @@ def stiffness_ratio(poisson_ratio: float) -> float:
 def slide(springs: Springs, friction: Friction, load: Load, path: LoadPath) -> TangentialPath:
     """Solve a single contact along any tangential path at constant normal load.
 
-    The springs are those of `springs.indent.indent`, sub-cell edges included; the stick boundary is
-    also inside a cell, so that tangential force and stick radius converge like the normal force and
-    radius: dx^4 for smooth profiles ("nodal": dx^2 and dx).
+    The stick boundary is inside a cell like the edge of contact, so that tangential force and stick
+    radius converge like normal force and radius: dx^4 for smooth profiles ("nodal": dx^2 and dx).
 
-    Parameters
-    ----------
-    load : Load
-        Penetration or force, one value, applied before the path begins, without tangential force.
-    path : LoadPath
-        ``"tangential_displacement"`` or ``"tangential_force"``, any sign; monotone in between.
-        Under force control the displacement is the difference of two penetrations: for a force of
-        1e-12 mu F four digits remain.
+    The load, one penetration or force, is applied before the path begins. The path has
+    ``"tangential_displacement"`` or ``"tangential_force"`` of any sign, monotone in between; under
+    force control the displacement is the difference of two penetrations: for a force of 1e-12 mu F
+    four digits remain.
 
-    Examples
-    --------
     Cattaneo-Mindlin, stick radius c = a (1 - F_x/(mu F))^(1/3):
 
     >>> from reduced.profiles.equivalents import paraboloid
@@ -154,8 +141,8 @@ def slide_lines(
 ) -> TangentialPath:
     """Solve rough lines along any tangential path at constant normal load, that of one line.
 
-    The springs are those of `rough.press.press`: with ``"sub_cell"`` the line is straight between
-    its points, and edges of contact and of stick are exact for that line. Path as for `slide`.
+    With ``"sub_cell"`` the line is straight between its points, and edges of contact and of stick
+    are exact for that line. Path as for `slide`.
 
     >>> tent = RoughLines([0.0, 1.0, 0.0, 0.0], 1.0)
     >>> path = slide_lines(tent, 1.0, Friction(0.8, 0.5), Load("penetration", 0.5),
@@ -385,19 +372,10 @@ def follow(
     """Move a line with stick and slip along a path of penetration and displacement, shape (k,).
 
     Any sign and order; the path starts at d = 0 (or the negative first penetration), u = 0, and
-    both change in proportion between two points.
+    both change in proportion between two points. `gap` (n,) is that over springs at distances
+    `spacing` at first touch: a profile's height, or the depth of a rough line below its highest
+    peak. A free line ends half a cell beyond its outer points, at constant height.
 
-    Parameters
-    ----------
-    gap : array_like, shape (n,)
-        Gap over springs at distances `spacing` at first touch: a profile's height there, or the
-        depth of a rough line below its highest peak; finite, n >= 2.
-    periodic : bool
-        Whether the last point is a neighbour of the first; a free line ends half a cell beyond its
-        outer points, at constant height.
-
-    Examples
-    --------
     A flat punch, pressed and shifted simultaneously with u G* < mu d E*: full stick.
 
     >>> flat = follow(np.zeros(4), 0.5, 1.0, Friction(0.8, 0.5), [1.0], [0.5])

@@ -73,13 +73,12 @@ def harmonic_stiffness(
 def indent_in_time(springs: RelaxingSprings, time: ArrayLike, path: LoadPath) -> History:
     """Solve the indentation of a viscoelastic half-space along a history of depth or force.
 
-    There is no contact before the first time. Depth or force is linear between the times, which do
-    not decrease; a repeated time is a jump, and so is a non-zero first value. Under prescribed
-    depth (of any sign) every spring is exact for any step, including loss and return of contact, so
-    that only dx has to converge (as dx^2). Under prescribed force (positive, the first may be 0)
-    the depth is linear in every step, with an error of dt^2; the force is met at the ends of steps,
-    or in the middle if a parallel dashpot hides jumps of the velocity. (With a dashpot and a curved
-    body the depth starts as t^(2/3), so the times should be graded: `graded_times`.) Under force
+    Depth or force is linear between the times, which do not decrease; a repeated time is a jump,
+    and so is a non-zero first value. Under prescribed depth (of any sign) every spring is exact for
+    any step, so that only dx has to converge (as dx^2). Under prescribed force (positive, the first
+    may be 0) the depth is linear in every step, with an error of dt^2; the force is met at the ends
+    of steps, or in the middle if a parallel dashpot hides jumps of the velocity. (With a dashpot
+    and a curved body the depth starts as t^(2/3): grade the times, `graded_times`.) Then
     `per_radius` refers to the largest depth of the history for a contact that never shrinks.
 
     >>> from reduced.profiles.equivalents import paraboloid
@@ -113,7 +112,7 @@ def indent_in_time(springs: RelaxingSprings, time: ArrayLike, path: LoadPath) ->
     refuse(wrong)
     durations = np.diff(times, prepend=times[0])
     if not forced:
-        row = springs.lay(values.max())
+        row = SpringRow(springs, values.max())
         states = [row.go(d, h) for d, h in zip(values, durations, strict=True)]
         forces, lengths, radii = (np.array(column) for column in zip(*states, strict=True))
         return History(times, values, forces, radii, lengths, row.spacing)
@@ -129,7 +128,7 @@ def indent_in_time(springs: RelaxingSprings, time: ArrayLike, path: LoadPath) ->
         total = (creep.instantaneous + creep.compliances.sum()) * value - missing.sum()
         largest, before = max(largest, total + creep.fluidity * flow), value
     deepest = indent(Springs(springs.profile, 1.0), Load("force", [largest])).penetration[0]
-    row = springs.lay(float(deepest))
+    row = SpringRow(springs, float(deepest))
     # With a parallel dashpot a jump of the force is a jump of the velocity, so the force is met in
     # the middle of a step, where the velocity is accurate to second order.
     place = 0.5 if law.viscosity > 0 else 1.0
@@ -217,12 +216,9 @@ def impact(
 
     In a step the depth is linear with the velocity V, so that the springs are exact; V follows from
     the force in the middle of the step, m (2 V - 2 v) = -F dt (implicit midpoint rule: second
-    order, stable at any step, also with a parallel dashpot). The last step ends when the last
-    spring loses contact. The speed at first touch is far below that of sound; there are `steps` in
-    three times d/v, about the duration of an elastic impact, d the depth estimated from the energy,
-    to which `per_radius` refers.
-
-    Raises ConvergenceError if the body does not rebound within 200 times the elastic duration.
+    order, stable at any step, also with a parallel dashpot). There are `steps` in three times d/v,
+    about the duration of an elastic impact, d the depth estimated from the energy, to which
+    `per_radius` refers. ConvergenceError if the body does not rebound within 200 times that.
 
     >>> from reduced.profiles.equivalents import paraboloid
     >>> from reduced.memory.materials import prony
@@ -250,7 +246,7 @@ def impact(
     while depth > 1.01 * low:
         middle = float(np.sqrt(low * depth))
         low, depth = (middle, depth) if work(middle) < energy else (low, middle)
-    row, speed = springs.lay(depth), velocity
+    row, speed = SpringRow(springs, depth), velocity
     path = [(0.0, 0.0, velocity, 0.0)]
 
     def mean_velocity(duration: float) -> float:

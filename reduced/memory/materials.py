@@ -229,17 +229,10 @@ def fit(
     the non-negative algorithm of Lawson & Hanson (1974): the result is always a passive material
     and needs no regularisation. Arms that do not improve the fit are dropped.
 
-    Parameters
-    ----------
-    frequency, modulus : array_like, shape (k,)
-        Angular frequencies w > 0 in any order, and G' + i G'', neither of them negative.
-    times : array_like, optional
-        Relaxation times; default: `per_decade` per decade over [1/w_max, 1/w_min].
-    dashpot : bool
-        Whether to include a parallel one.
+    Angular frequencies w > 0 (k,) are in any order, the modulus G' + i G'' is not negative in
+    either part. Relaxation times are by default `per_decade` per decade over [1/w_max, 1/w_min]; a
+    parallel `dashpot` may be included.
 
-    Examples
-    --------
     >>> w = np.geomspace(1e-2, 1e2, 9)
     >>> exact = standard_solid(1.0, 4.0, relaxation_time=1.0)
     >>> data = exact.complex_modulus(w)

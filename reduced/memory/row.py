@@ -429,22 +429,17 @@ class RelaxingSprings:
         """The contact modulus E*(t)."""
         return contact_modulus(self.material, self.poisson_ratio)
 
-    def lay(self, depth: float) -> SpringRow:
-        """Return a row of springs for a largest depth; at larger depths springs are added."""
-        spacing = self.spacing
-        if spacing is None:
-            spacing = float(self.profile.contact_radius(max(depth, 0.0))) / self.per_radius
-            refuse(positive_faults(largest_contact_radius=spacing))
-        return SpringRow(self.profile, law_of(self.modulus), spacing, self.edges)
-
 
 class SpringRow:
-    """Springs with their history; the arguments are those of `RelaxingSprings`."""
+    """Springs with their history, laid for a largest depth; at larger ones springs are added."""
 
-    def __init__(self, profile: Profile, law: SpringLaw, spacing: float, edges: str) -> None:
-        self._profile, self._law, self._edges = profile, law, edges
-        self.spacing = float(spacing)
-        self._places = np.zeros(0)
+    def __init__(self, springs: RelaxingSprings, depth: float) -> None:
+        profile, spacing = springs.profile, springs.spacing
+        if spacing is None:
+            spacing = float(profile.contact_radius(max(depth, 0.0))) / springs.per_radius
+            refuse(positive_faults(largest_contact_radius=spacing))
+        self._profile, self._law, self._edges = profile, law_of(springs.modulus), springs.edges
+        law, self.spacing = self._law, float(spacing)
         self.time, self.depth = 0.0, 0.0
         self._place(4 * spacing)
         self._row = _fresh_row(self._places.size, law)

@@ -190,13 +190,11 @@ def integrate(
     """Integrate the motion of blocks under the regularised law of characteristic speed v0.
 
     - ``"explicit_euler"``, ``"semi_implicit_euler"`` (the new velocity moves the block),
-      ``"runge_kutta_4"``: stable below `stable_step` only. Beyond it the motion stays
-      bounded, like the friction, but the velocity jumps between +v and -v at every step.
+      ``"runge_kutta_4"``: stable below `stable_step` only. Beyond it the velocity jumps between +v
+      and -v at every step.
     - ``"implicit_euler"``, ``"implicit_midpoint"``: the friction of the new (mean) velocity; any
       step is stable. Each step is a strictly convex problem, solved block by block to round-off;
       for v0 -> 0 it becomes the step of Moreau and Jean for Coulomb's law.
-
-    Position and velocity, shape (n,), are those at t = 0.
 
     >>> resting = Blocks(1.0, 1.0, load=0.5)  # it creeps at v0 tan(pi/4)
     >>> slow = integrate(resting, 1e-3, Stepping(1.0, 100))

@@ -92,8 +92,7 @@ class Motion:
     def release(self) -> tuple[float, float]:
         """Return time and velocity at the first loss of contact.
 
-        They follow from the flight under the constant load, backwards from the first record out of
-        contact. Harmonic load and damping are neglected within that interval.
+        By the flight under the constant load alone, backwards from the first record out of contact.
         """
         leaving = np.flatnonzero((self.position[:-1] > 0) & (self.position[1:] <= 0))
         if leaving.size == 0:

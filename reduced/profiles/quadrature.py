@@ -44,17 +44,10 @@ def integrate_panels(
 ) -> np.ndarray:
     """Integrate a function over adjacent panels, with possible singularities at panel ends.
 
-    Parameters
-    ----------
-    function : callable
-        function(t, row): t of shape (k, panels, nodes), row of shape (k, 1, 1) the row numbers.
-    lower, upper : ndarray, shape (k, panels)
-        Ends of the panels; a panel with upper <= lower contributes nothing.
-
-    Halving the step squares the error of the rule, so a step is accepted if it changes the result
-    by less than the root of 1e-13 of the integral of the absolute value.
-
-    Raises ConvergenceError if the finest rule still changes the result (an unmarked breakpoint).
+    `function` takes t (k, panels, nodes) and the row numbers (k, 1, 1); the panels (k, panels) with
+    upper <= lower contribute nothing. Halving the step squares the error of the rule, so a step is
+    accepted if it changes the result by less than the root of 1e-13 of the integral of the absolute
+    value; ConvergenceError if the finest one does not (an unmarked breakpoint).
     """
     width = np.maximum(upper - lower, 0.0)[..., None]
     row = np.arange(lower.shape[0])[:, None, None]

@@ -33,21 +33,12 @@ def from_function(
 ) -> Profile:
     """Equivalent profile of the section with slope f'(r), by quadrature to 1e-12.
 
-    Parameters
-    ----------
-    f_prime, f_second : callable
-        f'(r) >= 0 on arrays; it may jump at breakpoints and be singular (integrably) there or at 0.
-        f''(r) is by default an eighth-order difference of f' (about 1e-11 relative), with a
-        stencil of 8 % of the distance to the nearest breakpoint or edge.
-    length : float
-        A typical radius of the body, to start searches for the contact radius.
-    breakpoints : tuple of float
-        All r > 0 at which a derivative of f jumps; ConvergenceError if one is missing.
-    edge : float
-        Radius at which the body ends in a sharp edge.
+    f'(r) >= 0 on arrays may jump at the breakpoints, all r > 0 at which a derivative of f jumps
+    (ConvergenceError if one is missing), and be singular, integrably, there or at 0. f''(r) is by
+    default an eighth-order difference of f' (about 1e-11 relative), with a stencil of 8 % of the
+    distance to the nearest breakpoint or edge. `length` is a typical radius of the body, `edge`
+    that at which it ends in a sharp edge.
 
-    Examples
-    --------
     >>> cubic = from_function(lambda r: 3 * r**2, length=1.0)
     >>> bool(abs(cubic.height(np.array([1.0]))[0] - 0.75 * np.pi) < 1e-12)
     True

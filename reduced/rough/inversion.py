@@ -41,19 +41,13 @@ def press_lines(
     ends: Ends,
     found: np.ndarray,
 ) -> np.ndarray:
-    """Solve lines one by one; return the last relative steps of the inversions.
+    """Solve m lines from the one with index `first` on; return the last steps of the inversions.
 
-    Parameters
-    ----------
-    heights : ndarray, shape (all, n)
-        Heights, positive towards the half-space.
-    orders : ndarray, shape (m, n) or (m, 0)
-        Indices that sort the heights of m lines, from the one with index `first` on, in increasing
-        order, or empty for inversion without sorting.
-    goals : ndarray, shape (k,)
-        Increasing penetrations, forces over E* dx, or mean gaps, by `control`.
-    found : ndarray, shape (FOUND, all, k)
-        The rows of the m lines are filled: the measures of `walk`, penetrations and mean gaps.
+    The steps are relative; `heights` (all, n) are those of all lines. `orders` (m, n) has indices
+    that sort the heights of these in increasing order, or is (m, 0) for inversion without sorting.
+    `goals` (k,) are increasing penetrations, forces over E* dx, or mean gaps, by `control`. Of
+    `found` (FOUND, all, k) the rows of the m lines are filled: the measures of `walk`, penetrations
+    and mean gaps.
     """
     lines, n, k = orders.shape[0], heights.shape[1], goals.size
     steps = np.zeros(lines)

@@ -124,8 +124,7 @@ def prescribed(
 ) -> LineSpectrum:
     """Return the line spectrum of a synthetic self-affine surface from its parameters.
 
-    The surface has fixed amplitudes B2D, see `surface_spectrum.self_affine`. Its rms slope is the
-    rms of the full gradient summed over its modes; that of the line differs by the rounding to
+    The rms slope of the line differs from that of `surface_spectrum.self_affine` by the rounding to
     rings (2 % low for 64 points without roll-off, where mode (1, 1) counts as ring 1). Rules as of
     `line_of`, but C1D = pi q C2D is sampled from the power law.
     """
@@ -150,20 +149,12 @@ def synthesise(
     """Return realisations of a rough line: fixed amplitudes, random phases (19.24).
 
     Heights at x = j length/points, mean zero, (points,), or (lines, points) from several
-    generators; the digits of a line do not depend on the others.
-
-    Parameters
-    ----------
-    points : int, optional
-        Points of the line, more than twice the highest mode with power; default: the smallest such
-        even number with a fast transform.
-    rng : numpy.random.Generator or iterable of them
-        Source of the phases; one uniform number per mode, lowest mode first, so that more points
-        from an equal generator resolve the same line better.
-    length : float, optional
-        Period of the line; default: that of the spectrum. For another length the density C1D is
-        kept and integrated over the new modes, which also conserves <h^2> (on a shorter line except
-        for the waves that do not fit).
+    generators; the digits of a line do not depend on the others. There are more points than twice
+    the highest mode with power; by default the smallest such even number with a fast transform. One
+    uniform number is drawn per mode, lowest mode first, so that more points from an equal generator
+    resolve the same line better. For a period other than that of the spectrum the density C1D is
+    kept and integrated over the new modes, which also conserves <h^2> (on a shorter line except for
+    the waves that do not fit).
     """
     if length is not None and length != spectrum.length:
         spectrum = resample(spectrum, length)

@@ -68,21 +68,11 @@ class RoughLines:
 class LineContact:
     """Contact of m lines at k loads; every array has shape (m, k).
 
-    Attributes
-    ----------
-    penetration : ndarray
-        Approach d after first touch of the highest peak of the line; negative if a prescribed mean
-        gap leaves the line out of contact.
-    force : ndarray
-        F = E* int (h - z)_+ dx on the whole line, springs of stiffness E* dx (19.14).
-    contact_area : ndarray
-        A = (pi/4) sum l_j^2 over the connected contacts (19.29); (pi/4) L^2 for full contact.
-    contact_length, contact_count : ndarray
-        sum l_j, their number.
-    mean_gap : ndarray
-        Mean of the open gap (z - h)_+ over the line.
-    stiffness, energy : ndarray
-        dF/dd on the fixed contact set, E* sum l_j; the integral of F over d.
+    The penetration d counts from first touch of the highest peak (negative if a prescribed mean gap
+    leaves the line out of contact); F = E* int (h - z)_+ dx, springs of stiffness E* dx (19.14); A
+    = (pi/4) sum l_j^2 over the connected contacts (19.29); the contact length is sum l_j, the mean
+    gap that of (z - h)_+ over the line. The stiffness is dF/dd on the fixed contact set, E* sum
+    l_j, the energy the integral of F over d.
     """
 
     penetration: np.ndarray

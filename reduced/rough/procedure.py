@@ -121,8 +121,8 @@ def side_by_side(
     seed: int = 0,
 ) -> tuple[Procedure, Procedure]:
     """Return the results of `calculate` on the same map, as printed and as corrected."""
-    literal, corrected = (
-        calculate(surface, effective_modulus, force, variant, realisations=realisations, seed=seed)
-        for variant in (LITERAL, CORRECTED)
+    both = {"realisations": realisations, "seed": seed}
+    return (
+        calculate(surface, effective_modulus, force, LITERAL, **both),
+        calculate(surface, effective_modulus, force, CORRECTED, **both),
     )
-    return literal, corrected

@@ -107,10 +107,9 @@ class SurfaceSpectrum(Spectrum):
     def rings(self) -> np.ndarray:
         """Two rings per mode, (2, nx ny), in which it counts half; usually both are the nearest.
 
-        Modes midway between two rings belong to both. They occur if the ratio of the sides is odd
-        to even (at 3 : 2 every odd wave along the shorter side), but not on a square, where (|q|
-        L/2 pi)^2 is an integer. Midway is decided to `ROUNDING`, far above the error of |q|, so
-        that no ring depends on the rounding of a side.
+        Modes midway, to `ROUNDING`, belong to both. They occur if the ratio of the sides is odd to
+        even (at 3 : 2 every odd wave along the shorter side), but not on a square, where (|q| L/2
+        pi)^2 is an integer.
         """
         place = self.place.ravel()
         below = np.floor(place)

@@ -34,28 +34,14 @@ class Ends(NamedTuple):
 
 
 @njit(cache=True, error_model="numpy")
-def walk(
-    depth: np.ndarray,
-    start: int,
-    levels: np.ndarray,
-    ends: Ends,
-    out: np.ndarray,
-) -> None:
+def walk(depth: np.ndarray, start: int, levels: np.ndarray, ends: Ends, out: np.ndarray) -> None:
     """Compute the measures of the contact at every level.
 
-    Parameters
-    ----------
-    depth : ndarray, shape (n,)
-        Depths below the highest peak, >= 0.
-    start : int
-        Index of the deepest point of a periodic line (in contact only at full contact);
-        0 for a free line.
-    levels : ndarray, shape (k,)
-        Non-decreasing penetrations.
-    out : ndarray, shape (k + 1, ROOM)
-        Output in the first five numbers of the first k rows: force over E* dx, contact
-        length, sum of squared contact lengths, number of contacts (lengths in dx), energy over
-        E* dx. Values for one edge are adjacent; the rest is workspace.
+    `depth` (n,) are those below the highest peak, >= 0, `levels` (k,) non-decreasing penetrations.
+    `start` is the deepest point of a periodic line (in contact only at full contact), 0 for a free
+    one. The first five numbers of the first k rows of `out` (k + 1, ROOM) are force over E* dx,
+    contact length, sum of squared contact lengths, number of contacts (lengths in dx) and energy
+    over E* dx; the rest is workspace.
     """
     n, k = depth.size, levels.size
     sub_cell, periodic = ends

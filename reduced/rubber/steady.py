@@ -38,18 +38,10 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 class SteadySliding:
     """Steady sliding of m lines at k speeds; every array has shape (m, k).
 
-    Attributes
-    ----------
-    friction_coefficient, force, tangential_force : ndarray
-        F_x/F, F and F_x on the whole line.
-    penetration : ndarray
-        Depth of the line's highest point below the level of the rubber.
-    contact_length, contact_area, contact_count : ndarray
-        sum l_j and (pi/4) sum l_j^2 (19.29) over the connected contacts, and their number.
-    dissipation : ndarray
-        Energy that the material dissipates over one period, summed from its dashpots.
-    energy_error : ndarray
-        (F_x L - dissipation)/dissipation, the error of the energy balance.
+    Forces are those on the whole line, the penetration that of its highest point below the level of
+    the rubber; contact length sum l_j and area (pi/4) sum l_j^2 (19.29) over the connected
+    contacts. The dissipation is that of the dashpots over one period, the energy error
+    (F_x L - dissipation)/dissipation.
     """
 
     friction_coefficient: np.ndarray
@@ -70,21 +62,12 @@ def slide(lines: RoughLines, material: Prony, speed: ArrayLike, load: LoadPath) 
     period the mean force of the arms is zero, so the mean deflection of a periodic line is
     F/(4 G_inf L) at any speed.
 
-    Parameters
-    ----------
-    lines : RoughLines
-        Heights in the order in which a point of the rubber passes them. A free line meets rubber at
-        rest; its contact must be inside the line, else ConvergenceError.
-    material : Prony
-        Shear modulus with G_inf > 0 (a fluid cannot carry a steady load); nu = 1/2.
-    speed : array_like, shape (k,) or float
-        v > 0, any order.
-    load : LoadPath
-        ``"force"`` F > 0 on the line, or ``"penetration"``, the depth of its highest point below
-        the level of the rubber: one value for all speeds, or one per speed.
+    Heights are in the order in which a point of the rubber passes them. A free line meets rubber at
+    rest; its contact must be inside the line, else ConvergenceError. The material is a solid (a
+    fluid cannot carry a steady load), nu = 1/2. The load is a ``"force"`` on the line or a
+    ``"penetration"`` of its highest point below the level of the rubber: one for all speeds, or one
+    per speed.
 
-    Examples
-    --------
     A parabola h = -x^2/2 under a Kelvin-Voigt rubber, slowly: mu = 2 v tau/R, R = 1.
 
     >>> from reduced.memory.materials import kelvin_voigt

@@ -91,9 +91,8 @@ class NodalLine:
         heights = profile.height(x)
         self.heights = np.sort(heights[np.isfinite(heights) & (x < profile.edge)])
         self.spacing = spacing
-        zero = np.zeros(1)
-        self.sums = np.concatenate([zero, np.cumsum(self.heights)])
-        self.squares = np.concatenate([zero, np.cumsum(self.heights**2)])
+        self.sums = np.append(0.0, np.cumsum(self.heights))
+        self.squares = np.append(0.0, np.cumsum(self.heights**2))
 
     def respond(self, d: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Contact length, F/E* and energy/E* at penetrations d."""

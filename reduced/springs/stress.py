@@ -14,10 +14,9 @@ def abel(
 
     p(r) = (E*/pi) [ int_r^a g'(x)/sqrt(x^2 - r^2) dx + (d - g(a))/sqrt(a^2 - r^2) ]
 
-    (Sneddon 1965; Popov, Hess & Willert 2019, ch. 2). The second term is the inverse square root of
-    a contact that ends at a sharp edge; it vanishes where d = g(a). Paraboloid, cone and
-    cylinder use closed forms, tables elliptic kernels per segment, all others the substitution
-    x^2 = r^2 + w^2 and double-exponential panels between the breakpoints (1e-12).
+    (Sneddon 1965; Popov, Hess & Willert 2019, ch. 2); the second term is that of a sharp edge.
+    Paraboloid, cone and cylinder use closed forms, tables elliptic kernels per segment, all others
+    the substitution x^2 = r^2 + w^2 and double-exponential panels (1e-12).
 
     >>> from reduced.profiles.equivalents import paraboloid
     >>> p = abel(paraboloid(1.0), 1.0, 0.01, np.array([0.0, 0.1]))
@@ -64,12 +63,10 @@ def local_rule(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the pressure by the local rule (19.37), sigma = f sqrt(2)/(pi dx sqrt(delta R1)).
 
-    f = E* dx delta is the spring force, delta = d - g(r) its deflection and R1 = 1/g''(r) the
-    radius of curvature of the one-dimensional profile at the spring; dx cancels, and is included to
-    show the rule as printed. Exact for the paraboloid only; for f ~ r^4 it gives 0.18 of the
-    pressure at r = 0.05 a and 1.7 times it at 0.9 a. Returns also where it is defined: not where
-    the profile is straight or concave or its curvature is unknown (pressure 0), everywhere out of
-    contact.
+    f = E* dx delta is the spring force, delta = d - g(r) its deflection and R1 = 1/g''(r); dx
+    cancels, and is included to show the rule as printed. Exact for the paraboloid only; for f ~ r^4
+    it gives 0.18 of the pressure at r = 0.05 a and 1.7 times it at 0.9 a. Returns also where it is
+    defined: not where the profile is straight or concave or its curvature is unknown (pressure 0).
     """
     r, a = _check(profile, effective_modulus, penetration, r)
     refuse(positive_faults(spacing=spacing))
