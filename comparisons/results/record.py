@@ -342,7 +342,7 @@ class SceneRecord:
     @cached_property
     def failures(self) -> list[Failure]:
         """The planned solves that were lost (methods that cannot do the scene are none)."""
-        rows = self.rows.where(~self.rows["converged"])
+        rows = self.rows.where(self.rows.lost)
         columns = [rows[name] for name in ("method", "resolution", "reason", "seconds")]
         # An ensemble that fails for one reason is one failure, not hundreds.
         lost: dict[tuple[str, ...], Failure] = {}

@@ -133,7 +133,11 @@ def _why_unanswered(record: SceneRecord, name: str) -> str:
 def _why_missing(record: SceneRecord, name: str, method: str) -> str:
     """Return why a method has no error in a quantity that others have."""
     title = record.title_of(method)
-    lost = [item.reason for item in record.failures if item.method == method]
+    rows, truth = (
+        record.rows.where(record.rows["method"] == which)
+        for which in (method, record.reference.method)
+    )
+    lost, untrue = ([text for text in part["reason"] if text] for part in (rows, truth))
     if method == record.reference.method:
         return lost[0] if lost else "this is the reference itself"
     if record.not_asked(method):
@@ -141,7 +145,6 @@ def _why_missing(record: SceneRecord, name: str, method: str) -> str:
     refused = record.unsupported
     if method in refused:
         return refused[method]
-    rows = record.rows.where(record.rows["method"] == method)
     if name in FIELDS:  # no column of the rows, and compared at the last load alone
         rows = rows.where(rows["step"] == record.steps - 1)
         lost = [reason for reason in rows["reason"] if reason]
@@ -153,13 +156,11 @@ def _why_missing(record: SceneRecord, name: str, method: str) -> str:
         return lost[0]
     if not gives or name in FIELDS:
         return NOT_COMPUTED
-    truth = record.reference.method
-    true = record.setting_rows(truth, record.reference.resolution)
+    true = record.setting_rows(record.reference.method, record.reference.resolution)
     if zero := _why_zero(record, name, true[name]):
         return f"zero in the reference ({zero}), but not in the {title}: no relative error"
-    lost = [item.reason for item in record.failures if item.method == truth]
-    if lost:
-        return f"the reference has no value at these loads: {lost[0]}"
+    if untrue:
+        return f"the reference has no value at these loads: {untrue[0]}"
     return f"no value of the {title} is in the reference's range of {record.equal_at(name)}"
 
 
