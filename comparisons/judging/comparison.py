@@ -134,7 +134,7 @@ def _solution_tables(
         "iterations": solution.iterations[shown].ravel(),
         "violation": solution.violation[shown].ravel(),
         "converged": solution.converged[shown].ravel(),
-        "no_equilibrium": solution.parted[shown].ravel(),
+        "no_equilibrium": solution.no_equilibrium[shown].ravel(),
         "undetermined": solution.undetermined[shown].ravel(),
         "reason": reasons.ravel(),
     }
@@ -154,7 +154,7 @@ def _solution_tables(
         means = {name: values[None, :] for name, values in levels.curves(resolution).items()}
         own = {
             "converged": solution.converged.all(axis=0),
-            "no_equilibrium": solution.parted.all(axis=0),
+            "no_equilibrium": solution.no_equilibrium.all(axis=0),
             "undetermined": solution.undetermined.all(axis=0),
         } | {f"stderr_{name}": levels.standard_error(name, resolution) for name in means}
         yield pd.DataFrame(common | _columns(plan, means, ["mean"], common, truth, gone) | own)
@@ -226,7 +226,7 @@ def _verdicts(
         if 0 < lost.sum() < lost.size:
             asked["reason"] = truth.why_missing(curves, name, at, lost)
             # to cling on where no equilibrium exists: no error tells how wrong
-            gone = truth.solution.parted.all(axis=0) & (at == truth.axis)
+            gone = truth.solution.no_equilibrium.all(axis=0) & (at == truth.axis)
             if truth.exact and (gone & lost & ~np.isnan(curves[name])).any():
                 decided |= {"word": OUTSIDE, "low": NAN, "high": NAN}
         return Verdict(**decided, **setting, **asked, **more)

@@ -112,7 +112,7 @@ class Truth:
         true, same = self.curves[name], at == self.axis
         kinds = {
             "no answer": np.isnan(curves[name]),
-            CLINGS: same & self.solution.parted.all(axis=0),
+            CLINGS: same & self.solution.no_equilibrium.all(axis=0),
             "infinite": np.isinf(curves[name]),
             "the reference has no value": same & ~np.isfinite(true),
             "zero in the reference": same & (true == 0),

@@ -312,7 +312,7 @@ def _held(
     for step in np.flatnonzero(np.isnan(solution.quantities["force"][0])):
         lets_go = f"a contact lets go at {unpadded(pull_off, 'N')}"
         reason = f"out of contact nothing bears a pull, {lets_go}"
-        solution.fail((0, int(step)), reason, parted=True)
+        solution.fail((0, int(step)), reason, no_equilibrium=True)
     return solution
 
 

@@ -136,7 +136,7 @@ class ReducedFriction(ProfileSolver):
             along = {name: float(values[step]) for name, values in curves.items()}
             solution.put((0, step), steady | along)
         for step in range(steps_held, task.shape[1]):
-            solution.fail((0, step), SLIDES, parted=True)
+            solution.fail((0, step), SLIDES, no_equilibrium=True)
         solution.fields = line_picture(self.profile, steady["penetration"], contact, normal.spacing)
         return solution
 

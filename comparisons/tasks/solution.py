@@ -76,7 +76,7 @@ class Solution:
     quantities: dict[str, np.ndarray]
     converged: np.ndarray
     # Where no equilibrium exists, and where many do: answers, too, of a step without values.
-    parted: np.ndarray
+    no_equilibrium: np.ndarray
     undetermined: np.ndarray
     # Solver iterations, and the largest relative overlap or tension (NaN for direct methods).
     iterations: np.ndarray
@@ -137,7 +137,7 @@ class Solution:
         return cls(
             quantities={},
             converged=np.zeros(task.shape, dtype=bool),
-            parted=np.zeros(task.shape, dtype=bool),
+            no_equilibrium=np.zeros(task.shape, dtype=bool),
             undetermined=np.zeros(task.shape, dtype=bool),
             iterations=np.zeros(task.shape, dtype=int),
             violation=np.full(task.shape, np.nan),
@@ -183,12 +183,12 @@ class Solution:
     @property
     def answered(self) -> np.ndarray:
         """Where it has an answer, be it that no equilibrium exists, or many; as `converged`."""
-        return self.converged | self.parted | self.undetermined
+        return self.converged | self.no_equilibrium | self.undetermined
 
     @property
     def valueless_steps(self) -> np.ndarray:
         """At which load steps it answers without values, whatever the realisation, (steps,)."""
-        return np.asarray((self.parted | self.undetermined).all(axis=0))
+        return np.asarray((self.no_equilibrium | self.undetermined).all(axis=0))
 
     def put_distributions(self, row: int, histograms: Mapping[str, np.ndarray]) -> None:
         """Store the distributions of one realisation at the last load."""
@@ -224,13 +224,13 @@ class Solution:
         index: tuple[int, int],
         reason: str,
         *,
-        parted: bool = False,
+        no_equilibrium: bool = False,
         undetermined: bool = False,
     ) -> None:
         """Record that one step has no answer, or none with values, and why in one line."""
-        self.reasons[index] = one_line(f"no equilibrium: {reason}" if parted else reason)
+        self.reasons[index] = one_line(f"no equilibrium: {reason}" if no_equilibrium else reason)
         self.converged[index] = False
-        self.parted[index], self.undetermined[index] = parted, undetermined
+        self.no_equilibrium[index], self.undetermined[index] = no_equilibrium, undetermined
 
     def refuse_nan(self) -> None:
         """Take away the answer of each step that failed, or has a quantity that is no number.
@@ -329,7 +329,7 @@ Solved = dict[tuple[str, int], Solution]
 
 
 PREFIX = "solution."
-_ARRAYS = ("converged", "parted", "undetermined", "iterations", "violation")
+_ARRAYS = ("converged", "no_equilibrium", "undetermined", "iterations", "violation")
 _NUMBERS = (
     *("unknowns", "truncation", "apparent_area"),
     *("seconds", "setup_seconds", "compile_seconds", "memory"),

@@ -72,7 +72,7 @@ def solve_rows(task: Task, rows: Iterable[Row]) -> Solution:
             if isinstance(outcome, Step):
                 record(solution, (number, step), outcome, task)
             else:
-                solution.fail((number, step), outcome[0], parted=outcome[1])
+                solution.fail((number, step), outcome[0], no_equilibrium=outcome[1])
     return solution
 
 

@@ -186,7 +186,7 @@ class UserSolver(Solver[Geometry]):
                 solution.quantities[name] = curve_of(name, values, shape)
             for name, kinds in (
                 ("converged", "b"),
-                ("parted", "b"),
+                ("no_equilibrium", "b"),
                 ("undetermined", "b"),
                 ("iterations", "iu"),
                 ("violation", "f"),

@@ -36,7 +36,7 @@ def solution(curves, *, seconds=1.0, violation=1e-9, fields=None):
     return Solution(
         quantities=table,
         converged=good,
-        parted=np.zeros(shape, dtype=bool),
+        no_equilibrium=np.zeros(shape, dtype=bool),
         undetermined=np.zeros(shape, dtype=bool),
         iterations=np.full(shape, 7),
         violation=np.where(good, violation, np.nan),

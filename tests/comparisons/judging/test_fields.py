@@ -42,7 +42,7 @@ def solution(plan, points, pressure, *, shape=None, force=None):
     return Solution(
         quantities={"penetration": plan.loads.values[None, :], "force": np.full((1, steps), whole)},
         converged=np.ones((1, steps), dtype=bool),
-        parted=np.zeros((1, steps), dtype=bool),
+        no_equilibrium=np.zeros((1, steps), dtype=bool),
         undetermined=np.zeros((1, steps), dtype=bool),
         iterations=np.ones((1, steps), dtype=int),
         violation=np.zeros((1, steps)),

@@ -124,7 +124,7 @@ def test_where_no_equilibrium_exists_a_crash_is_no_answer_and_to_cling_on_a_wron
         if method == "reduced":
             solution.reasons = {(0, 2): reason} if reason else {}
             solution.put((0, 2), answer)
-            solution.parted[0, 2] = False
+            solution.no_equilibrium[0, 2] = False
             solution.converged[0, 2] = not reason
     (verdict,) = record_scene(plan, solved).verdicts_on("reduced")
     assert (verdict.word, verdict.reason) == (word, f"{told} at 1 of 4 steps")

@@ -71,7 +71,7 @@ def test_a_body_that_is_let_go_answers_while_a_force_holds_it():
         assert solution.converged[0].tolist() == [True, True, False, False]
         assert solution.undetermined[0].tolist() == [False, False, True, True]
         assert solution.answered.all()
-        assert not solution.parted.any()
+        assert not solution.no_equilibrium.any()
         assert "prescribe it to let the body go" in solution.reasons[0, 2]
         depth, held = (s.quantities["penetration"][0, :2] for s in (solution, hold[key]))
         # a shorter history has finer steps, and the coarsest springs err by some 0.4 %
