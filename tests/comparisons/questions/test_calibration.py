@@ -1,5 +1,6 @@
 """The bars on the truth against true errors: coverage, width, and how the estimator was fixed."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,6 @@ from comparisons.questions.calibration import (
     SHAPES,
     SURFACES,
     Calibration,
-    CalibrationRecord,
     shape_cases,
     sides_of,
 )
@@ -26,9 +26,7 @@ from comparisons.questions.calibration_cases import (
     held_against,
     summary,
 )
-from comparisons.results.folder import Header
 from comparisons.solving.inquiries import answer_of
-from reports.pages.calibration import calibration_page
 from roughline.commands.app import run_command
 from roughline.commands.validation import COVERAGE, REFUTED, WIDTH
 
@@ -228,26 +226,33 @@ def test_one_shape_at_coarse_grids_is_covered():
     assert summary(result).coverage == 1
 
 
-def test_the_page_tells_coverage_and_width_of_both_halves():
-    made = [case(2.0, 0.1), case(2.0, 0.2), case(2.0, 0.3, "fitting")]
-    page = calibration_page(made, "roughline calibrate")
-    assert "covers the true error in 100.0 % of 2 cases" in page
-    assert "covers the true error in 100.0 % of 1 cases" in page
-
-
-@pytest.mark.parametrize(("times", "code"), [(0.5, 0), (2.0, 1)])
+@pytest.mark.parametrize(("times", "beyond", "code"), [(0.5, 0, 0), (2.0, 0, 1), (0.5, 1.2, 1)])
 def test_the_command_tells_the_rule_and_ends_with_1_where_bars_are_too_narrow(
-    times, code, tmp_path, monkeypatch, capsys
+    times, beyond, code, tmp_path, monkeypatch, capsys
 ):
-    """Errors of half the bar, and of twice the bar; lines fit a terminal of 80 columns."""
+    """Errors of half the bar, of twice the bar, and half of a bar that misses what is proved.
+
+    Lines fit a terminal of 80 columns.
+    """
     monkeypatch.setenv("COLUMNS", "80")
     made = [case(2.0, c, half) for c in (0.1, 0.2) for half in ("fitting", "reported")]
-    made = [replace(part, errors=times * part.bars, beyond=0 * part.bars) for part in made]
-    facts = {"created": "now", "command": "roughline calibrate", "effort": "full"}
-    header = Header(**facts, seconds=1.0, machine={}, versions={}, interrupted=False)
-    monkeypatch.setattr(Calibration, "run", lambda self: CalibrationRecord(header, made))
+    made = [replace(part, errors=times * part.bars, beyond=beyond * part.bars) for part in made]
+
+    def inquiry():
+        yield []
+        return made
+
+    monkeypatch.setattr(Calibration, "inquiries", lambda self: {"made": inquiry()})
     assert run_command(["calibrate", "--workers", "1", "--out", str(tmp_path)]) == code
     said = capsys.readouterr().out
+    missed = 12 if beyond else 0
+    proved = json.loads((tmp_path / "proved.json").read_text())
+    assert (proved["bars"], proved["missed"]) == (12, missed)
+    assert said.count("defect: ") == missed / 3  # a case has three loads
+    assert len((tmp_path / "calibration.csv").read_text().splitlines()) == 1 + len(made)
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert page.count(f"covers the true error in {100.0 if times < 1 else 0.0} % of 2 cases") == 2
+    assert f"{missed} do not reach" in page
     assert max(map(len, said.replace(str(tmp_path), "").splitlines())) <= 80
     (row,) = [line.split() for line in said.splitlines() if line.startswith("force, FFT BEM")]
     reached = ["100.0", "%", "2.0"] if times < 1 else ["0.0", "%", "0.50"]

@@ -3,7 +3,6 @@
 import json
 import re
 from collections import Counter
-from dataclasses import replace
 
 import pytest
 
@@ -117,70 +116,3 @@ def test_the_report_can_be_written_anew(judged, capsys):
     assert run_command(["report", str(root / "out")]) == 0
     assert report.read_text(encoding="utf-8") == before
     assert "report.html" in capsys.readouterr().out
-
-
-def inquired(answers):
-    def inquiry(answer):
-        yield []
-        return answer
-
-    return {name: inquiry(answer) for name, answer in answers.items()}
-
-
-@pytest.fixture(scope="module")
-def few_cases():
-    from comparisons.questions import calibration
-    from comparisons.solving.inquiries import answer_of
-
-    series = {"bem_fft": ((4, 6, 8),)}
-    return [
-        case
-        for half, shapes in calibration.SHAPES.items()
-        for case in answer_of(calibration.shape_cases(half, *next(iter(shapes.items())), series))
-    ]
-
-
-def covered(case):
-    """Return the case with half the error that its bar allows, inside what is proved."""
-    return replace(
-        case, errors=case.bars / 2, beyond=None if case.beyond is None else 0 * case.bars
-    )
-
-
-@pytest.mark.slow
-def test_calibrate_writes_its_table_and_page_and_says_whether_the_bars_are_right(
-    few_cases, tmp_path, monkeypatch, capsys
-):
-    """Bars of twice the true error are right: exit code 0; bars that miss, or are refuted: 1."""
-    from comparisons.questions import calibration
-
-    right = [covered(case) for case in few_cases]
-    answers = {"paraboloid": right}
-    monkeypatch.setattr(calibration.Calibration, "inquiries", lambda run: inquired(answers))
-    out = tmp_path / "calibration"
-    assert run_command(["calibrate", "--out", str(out)]) == 0
-    shown = " ".join(capsys.readouterr().out.split())  # lines fold at the terminal's width
-    assert "coverage, and median of bar over true error" in shown
-    assert re.search(r"force, \S.* 100\.0 % 2\.0 100\.0 % 2\.0", shown)
-    count = sum(case.bars.size for case in right if case.missed is not None)
-    held = f"{count} bars stand beside an interval that a theorem gives; 0 do not reach it"
-    assert count > 0
-    assert held in shown
-    assert held in (out / "report.html").read_text(encoding="utf-8")
-    proved = json.loads((out / "proved.json").read_text())
-    assert (proved["bars"], proved["missed"]) == (count, 0)
-    assert sum(proved["without"].values()) == sum(case.bars.size for case in right) - count
-    assert len((out / "calibration.csv").read_text().splitlines()) == len(right) + 1
-    assert "Are the error bars right?" in (out / "report.html").read_text(encoding="utf-8")
-    answers["paraboloid"] = [replace(case, errors=2 * case.bars) for case in few_cases]
-    assert run_command(["calibrate", "--out", str(out)]) == 1
-    # all cover, but one interval is somewhere else
-    refuted = next(case for case in right if case.missed is not None)
-    wrong = replace(refuted, beyond=refuted.bars + 0.01)
-    answers["paraboloid"] = [wrong if case is refuted else case for case in right]
-    assert run_command(["calibrate", "--out", str(out)]) == 1
-    shown, steps = capsys.readouterr().out, wrong.bars.size
-    assert f"{steps} do not reach it" in shown
-    case = f"{wrong.shape}, bem_fft 4, 6, 8, {wrong.quantity} at given {wrong.control}"
-    assert f"defect: {case}: at {steps}" in shown
-    assert json.loads((out / "proved.json").read_text())["missed"] == steps

@@ -38,6 +38,8 @@ def measure(name, value=None, effort="quick", **parameters):
         ("far-field", 2.0, {"effort": "slow"}, "'quick' or 'full'"),
         ("far-field", 0.1, {}, "distance: expected greater than 0.5"),
         ("rough-adhesion", 0.1, {"periodic": False}, "periodic: expected True, got False"),
+        ("kinetic-energy", 0.1, {"kind": "plane"}, "nothing is far"),
+        ("first-yield", 1.5, {}, "infinite"),
     ],
 )
 def test_wrong_parameters_are_named_with_what_was_expected(name, value, given, message):
@@ -63,10 +65,6 @@ def test_the_misprint_of_the_kernel_hides_from_neighbours():
     repaired = measure("influence-coefficient", 7, reading="bracket")
     assert repaired.details["error at (5, 7)"] == pytest.approx(4.66, abs=0.01)
     assert repaired.details["largest error of neighbours"] < 1e-14
-    assert abs(measure("influence-coefficient", 63, reading="corrected").error) < 1e-10
-    # the bracket: two terms without 1/pi make the own cell (1 + pi)/2 times as soft
-    letter = measure("influence-coefficient", 0)
-    assert letter.error == pytest.approx((1 + math.pi) / 2 - 1, rel=1e-12)
 
 
 @pytest.mark.slow
@@ -77,11 +75,6 @@ def test_the_active_set_ends_and_the_bar_is_that_of_a_share(start):
     assert measured.error == 0
     assert measured.uncertainty == pytest.approx(1 - 0.05 ** (1 / 100), rel=1e-6)
     assert measure("active-set", 0.3, rounds=2).error > 0.9
-
-
-def test_the_far_field_lacks_a_pi():
-    assert measure("far-field", 50.0).error == pytest.approx(np.pi - 1, rel=1e-3)
-    assert measure("far-field", 50.0, reading="corrected").error == pytest.approx(0, abs=1e-4)
 
 
 @pytest.mark.slow
@@ -97,80 +90,10 @@ def test_the_far_field_is_that_of_a_solved_punch():
     assert contact.displacement.flat[at] == pytest.approx(result, rel=0.02)
 
 
-@pytest.mark.slow
-def test_half_of_the_energy_lies_within_a_diameter_and_the_rest_falls_as_one_over_r():
-    shares = [measure("energy-share", k) for k in (1.0, 4.0, 16.0)]
-    assert shares[0].error == pytest.approx(0.452, abs=0.002)
-    scaled = [result.error * k for result, k in zip(shares, (1, 4, 16), strict=True)]
-    assert scaled[1] == pytest.approx(scaled[2], rel=0.02)
-
-
-@pytest.mark.slow
-def test_the_energy_far_away_is_that_of_a_point_force_and_a_quarter_of_the_print():
-    """Finite elements against the closed form: the next term falls as (D/r)^2."""
-    near, far = (measure("energy-share", k, reading="corrected") for k in (2.0, 5.0))
-    assert near.error / far.error == pytest.approx(6.25, rel=0.1)
-    assert measure("energy-share", 20.0, reading="corrected").error < 0.001
-    printed = measure("energy-share", 20.0, reading="letter")
-    assert printed.error == pytest.approx(np.pi * 0.7 / 0.499096 - 1, rel=0.01)
-
-
-def test_size_matters_in_two_dimensions_only():
-    three, two = (measure("body-size", 100.0, kind=kind) for kind in ("axisymmetric", "plane"))
-    assert three.error < 0.006
-    # k ~ 1/ln(R/a + ...): with ten times the size down by ln 10 over the logarithm
-    assert 0.3 < two.error < 0.6
-    growth = measure("plane-logarithm", 100.0)
-    assert abs(growth.error) <= growth.uncertainty + 2e-4
-
-
-@pytest.mark.slow
-def test_the_kinetic_energy_is_that_of_the_rigid_body_to_first_order():
-    for ratio in (0.02, 0.1):
-        rigid = measure("kinetic-energy", ratio)
-        assert rigid.error == pytest.approx(1.182 * ratio, rel=0.12)
-        assert abs(measure("kinetic-energy", ratio, reading="linear").error) < ratio**2
-        assert abs(measure("kinetic-energy", ratio, frame="centre").error) < ratio**2
-    with pytest.raises(InputError, match="nothing is far"):
-        measure("kinetic-energy", 0.1, kind="plane")
-
-
-def test_pairs_are_independent_as_one_over_the_distance_and_arrays_are_not():
-    near, far = (measure("independent-contacts", s).error for s in (5.0, 50.0))
-    assert near / far == pytest.approx(10, rel=0.01)
-    assert measure("independent-contacts", 10.0, per_side=20).error > 1
-
-
-def test_impacts_lose_more_the_faster_they_are():
-    slow, fast = (measure("quasi-static-impact", v) for v in (1e-4, 1e-2))
-    # what is judged is the share that is lost, which restitution leaves over
-    assert fast.error == pytest.approx(1 - fast.details["restitution"] ** 2, rel=1e-12)
-    assert fast.error == pytest.approx(0.148, abs=5e-4)
-    assert (fast.noun, measure("quasi-static-impact", 1e-2, quantity="force").noun) == (
-        "share",
-        "error",
-    )
-    assert 0.009 < slow.error < 0.012
-    assert fast.error > 10 * slow.error
-    assert slow.uncertainty < 0.02 * slow.error
-
-
-def test_the_line_keeps_heights_and_laplacian_but_not_footnote_seven():
-    assert abs(measure("line-moments", 64, rule="rings").error) < 1e-12
-    assert measure("line-moments", 64).error == pytest.approx(1.102**2 - 1, abs=0.002)
-    kept = measure("line-moments", 64, quantity="curvature_laplacian", rule="rings")
-    assert abs(kept.error) < 0.005
-    assert measure("line-moments", 64, quantity="curvature_product").error == pytest.approx(-1)
-    section = measure("line-moments", 64, quantity="section_slope", rule="split")
-    assert section.error == pytest.approx(np.sqrt(2) - 1, rel=1e-9)
-
-
-def test_peaks_are_not_half_as_curved():
-    """Gaussian theory says 0.852 of the surface's mean radius and 1.360 of its mean curvature."""
-    radius = measure("line-peaks", 0.8)
-    assert abs(radius.error - (2 * 0.852 - 1)) < radius.uncertainty
-    curvature = measure("line-peaks", 0.8, quantity="mean_curvature")
-    assert abs(curvature.error - (1.360 / 2 - 1)) < 2 * curvature.uncertainty
+def test_of_an_impact_the_share_that_is_lost_is_judged():
+    lost, force = (measure("quasi-static-impact", 1e-2, quantity=q) for q in ("energy", "force"))
+    assert lost.error == pytest.approx(1 - lost.details["restitution"] ** 2, rel=1e-12)
+    assert (lost.noun, force.noun) == ("share", "error")
 
 
 def test_a_line_without_plateau_has_no_normal_heights():
@@ -236,17 +159,6 @@ def test_first_yield_of_other_shapes():
         ratio = measured.details["largest stress at true yield, stated over true"]
         assert measured.error == pytest.approx(ratio ** (-5 / 3) - 1, rel=1e-5)
     assert abs(measure("first-yield", 4, rule="abel").error) < 1e-6
-
-
-def test_first_yield_lies_below_the_surface():
-    """Hertz, nu = 0.3: von Mises 0.62 p0 (Johnson 4.2); by the letter 0.62^3 of the force."""
-    measured = measure("first-yield", 2, criterion="mises")
-    assert measured.error == pytest.approx(0.62**3 - 1, abs=0.002)
-
-
-def test_rules_without_a_value_are_refused():
-    with pytest.raises(InputError, match="infinite"):
-        measure("first-yield", 1.5)
 
 
 def test_one_radius_per_contact_cuts_off_the_largest_stresses():

@@ -103,10 +103,6 @@ def test_a_line_has_fewer_and_larger_contacts_than_the_surface():
     assert size.error > 1
 
 
-def test_the_straight_line_goes_through_its_own_point():
-    assert measure("straight-area", 0.01, realisations=4).error == pytest.approx(0.0, abs=1e-12)
-
-
 def test_torsion_with_slip_ends_in_mindlin_and_in_full_slip():
     """No slip: M = (16/3) G a^3 b; full slip of a ball: (3 pi/16) mu F a, by springs 2/pi of it.
 
@@ -141,14 +137,6 @@ def test_an_isotropic_body_has_its_own_modulus():
     assert near.modulus_of_a_wave() == pytest.approx(true, rel=1e-4)
     with pytest.raises(ValueError, match=r"c13\^2"):
         TransverselyIsotropic(1.0, 2.0, 1.0, 1.0)
-
-
-def test_the_line_s_densities_start_as_constants():
-    """Pressure and gap are linear in the distance from an edge: exponents 0, to 0.1."""
-    for quantity in ("pressure", "gap"):
-        measured = measure("contact-ends", 0.02, quantity=quantity, model="line", exponent=0.0)
-        assert abs(measured.error) < 0.1
-        assert measured.details["true"] == 0.0
 
 
 @pytest.mark.slow
