@@ -5,9 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from comparisons.errors import InputError
 from comparisons.judging.comparison import compare
-from comparisons.questions.experiments import EXPERIMENTS
 from comparisons.questions.study import solved_in_memory
 from comparisons.scene.scene import load_scene, make_scene
 from comparisons.solving.planning import plan_scene
@@ -120,8 +118,3 @@ def test_a_rough_surface_relaxes_on_the_grid():
 def test_built_in_scenes_are_planned_for_at_least_two_methods(name):
     (plan,) = plan_scene(load_scene(name))
     assert sum(method.supported for method in plan.methods) >= 2
-
-
-def test_harmonic_stiffness_refuses_what_is_no_oscillation():
-    with pytest.raises(InputError, match="amplitude"):
-        EXPERIMENTS["harmonic-contact"].measure(1.5, "quick")

@@ -40,6 +40,7 @@ def measure(name, value=None, effort="quick", **parameters):
         ("rough-adhesion", 0.1, {"periodic": False}, "periodic: expected True, got False"),
         ("kinetic-energy", 0.1, {"kind": "plane"}, "nothing is far"),
         ("first-yield", 1.5, {}, "infinite"),
+        ("harmonic-contact", 1.5, {}, "amplitude"),
     ],
 )
 def test_wrong_parameters_are_named_with_what_was_expected(name, value, given, message):
