@@ -28,7 +28,7 @@ import numpy as np
 from scipy.io import savemat
 
 from comparisons.questions.claims.families import HERE
-from comparisons.scene.scene import builtin_folder
+from comparisons.scene.scene import Scene, builtin_folder
 from comparisons.solving.execution import _peak
 from roughline.commands.app import run_command
 
@@ -55,18 +55,9 @@ TOKENS = re.split(
 {from=1,to=2,steps=1000000000}  {from=1e-300,to=1e300,steps=5,spacing="log"}
 """.strip(),
 )
-KEYS = re.findall(
-    r"\w+",
-    """
-name title half_space youngs_modulus poisson_ratio shear_modulus effective_modulus indenter
-shape radius slope exponent coefficient flat_radius edge_radius radius_x radius_y semi_axes side
-vertices r f interpolation surface surface2 kind hurst power rms_slope rms_height long_cutoff
-short_cutoff size points periodic seed realisations file channel detrend crop invert undefined
-height_unit loading penetration force mean_gap compare quantities tolerance resolutions methods
-rule stress edges body counter_body friction viscoelastic sliding adhesion dynamics mass
-velocity time work speed
-""",
-)
+SCHEMA = Scene.model_json_schema()
+TABLES = [SCHEMA, *SCHEMA["$defs"].values()]
+KEYS = sorted({key for table in TABLES for key in table.get("properties", ())})
 
 
 class HangError(Exception):

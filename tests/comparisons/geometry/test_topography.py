@@ -82,16 +82,12 @@ def test_first_index_is_x_and_up_is_towards_the_half_space(store, rough):
 @pytest.mark.parametrize(
     ("name", "delimiter"), [("m.csv", ","), ("m.csv", ";"), ("m.txt", "\t"), ("m.TXT", " ")]
 )
-def test_text_tables_hold_the_same_heights(tmp_path, rough, name, delimiter):
+@pytest.mark.parametrize("mark", ["", "\N{ZERO WIDTH NO-BREAK SPACE}"])  # as of spreadsheets
+def test_text_tables_hold_the_same_heights(tmp_path, rough, name, delimiter, mark):
     path = tmp_path / name
     np.savetxt(path, rough, delimiter=delimiter, header="made by hand", fmt="%.17g")
+    path.write_text(mark + path.read_text(), encoding="utf-8")
     assert np.array_equal(plain(path, detrend="none").heights, rough / 1e9)
-
-
-def test_byte_order_mark_of_spreadsheets_is_no_number(tmp_path):
-    path = tmp_path / "m.csv"
-    path.write_text("1,2\n3,5\n", encoding="utf-8-sig")
-    assert np.array_equal(plain(path, detrend="none").heights * 1e9, [[1, 2], [3, 5]])
 
 
 @pytest.mark.parametrize("dtype", ["int16", "uint8", "float32", ">f8", "float16"])
@@ -411,7 +407,6 @@ def test_interferometer_map_with_undefined_points():
     surface = read(path)
     assert surface.heights.shape == (640, 480)
     assert spacing(surface)[0] == pytest.approx(spacing(surface)[1], rel=1e-6)
-    assert any("116 of 307200 points" in step for step in surface.treatment)
     assert surface.treatment[-1] == (
         "116 of 307200 points (0.04 %) undefined: interpolated from their neighbours"
     )

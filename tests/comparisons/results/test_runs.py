@@ -79,18 +79,18 @@ def test_a_run_against_itself_is_the_same(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("factor", "moved"), [(1 + 1e-4, True), (1 - 1e-4, True), (1 + 1e-7, False)]
+    ("factor", "moved", "more"),
+    # the last by the user's own threshold
+    [
+        *((1 + 1e-4, True, {}), (1 - 1e-4, True, {}), (1 + 1e-7, False, {})),
+        (1.001, False, {"moved": 0.01}),
+    ],
 )
-def test_a_moved_force_is_found_with_its_sign(tmp_path, factor, moved):
-    change = reduced_change(study(tmp_path), study(tmp_path, factor=factor))
-    assert (CHANGED in change.kinds) == moved
+def test_a_moved_force_is_found_with_its_sign(tmp_path, factor, moved, more):
+    change = reduced_change(study(tmp_path), study(tmp_path, factor=factor), **more)
+    assert change.kinds == ((CHANGED,) if moved else (SAME,))
     assert change.quantity == "force"
     assert change.change == pytest.approx(factor - 1, rel=1e-6)  # the difference of two roundings
-
-
-def test_the_threshold_of_a_move_is_the_users(tmp_path):
-    far = reduced_change(study(tmp_path), study(tmp_path, factor=1.001), moved=0.01)
-    assert far.kinds == (SAME,)
 
 
 def test_lost_answers_are_bad_and_found_ones_are_not(tmp_path):

@@ -244,17 +244,6 @@ def test_steps_of_any_length_tend_to_the_same_friction(cells):
     assert differences[1] < max(differences[0] / 2, 1e-4)
 
 
-def test_slow_sliding_is_stable_for_every_step_and_converges():
-    """At v tau = dx/1000 for 256 points; refining the line at that speed changes little."""
-    speed, result = 1e-3 / 256, []
-    for points in (256, 512, 1024):
-        history = in_time(rough(points), speed, 1e-2, steps=2 * points)
-        assert np.ptp(history.level[:, points:]) < 1e-12
-        result.append(history.friction_coefficient()[0])
-    assert abs(result[1] / result[2] - 1) < abs(result[0] / result[1] - 1) / 2
-    assert abs(result[1] / result[2] - 1) < 1e-3
-
-
 def test_the_force_is_met_where_the_springs_lose_the_line():
     """Fast and light: a crest rushes away from springs that have not relaxed yet.
 

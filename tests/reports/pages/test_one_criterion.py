@@ -2,7 +2,7 @@
 
 import re
 from dataclasses import replace
-from html.parser import HTMLParser
+from html import unescape
 
 import numpy as np
 import pytest
@@ -32,26 +32,6 @@ CHEAP = {
     "ellipsoid-2": {"compare.quantities": ["force", "penetration", "contact_area"]},
     "square-punch": {},
 }
-
-
-class Text(HTMLParser):
-    """The text of a page, in one line, without scripts."""
-
-    def __init__(self, page: str) -> None:
-        super().__init__()
-        self.parts: list[str] = []
-        self.hidden = False
-        self.feed(page)
-
-    def handle_starttag(self, tag, attrs):
-        self.hidden = tag in ("script", "style")
-
-    def handle_endtag(self, tag):
-        self.hidden = False
-
-    def handle_data(self, data):
-        if not self.hidden:
-            self.parts.append(data)
 
 
 @pytest.fixture(autouse=True)
@@ -89,7 +69,8 @@ def assert_one_voice(scene, folder, capsys):
     run = words(capsys.readouterr().out)
     terminal.print_advice([(scene.name, advice)])
     advised = words(capsys.readouterr().out)
-    page = words(" ".join(Text(html.page(study, with_pictures=False)).parts))
+    page = html.page(study, with_pictures=False)
+    page = words(unescape(re.sub(r"<(script|style).*?</\1>|<[^>]*>", " ", page, flags=re.DOTALL)))
     paper, notebook = rows_of(printed_verdicts([scene])), Comparison(scene)
     for text in (run, advised, page, words(notebook.answer)):
         assert words(advice.sentence) in text
