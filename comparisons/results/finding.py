@@ -14,7 +14,7 @@ from pydantic import TypeAdapter, ValidationError
 from comparisons import formatting as fmt
 from comparisons.facts.methods import CLOSED_FORM, MODEL, title_of
 from comparisons.facts.quantities import in_order, quantity
-from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN, Verdict, worst
+from comparisons.judging.verdicts import LAST_LOAD, NO_RESULT, OUTSIDE, WITHIN, Verdict, worst
 from comparisons.reasons import UNJUDGED
 from comparisons.results.advice import Setting, advise
 from comparisons.results.record import SceneRecord, depends_on_depth, once
@@ -250,7 +250,8 @@ def largest_error(scene: SceneRecord, verdict: Verdict) -> str:
     if verdict.word == NO_RESULT:
         return f"{symbol(verdict.quantity)}: {verdict.reason}"
     along, text = scene.along, f"{symbol(verdict.quantity)} {verdict.number}"
-    if verdict.has_step and quantity(along).load and fmt.finite(verdict.resolution):
+    placed = verdict.has_step and verdict.at != LAST_LOAD  # of which it counts one step, 0
+    if placed and quantity(along).load and fmt.finite(verdict.resolution):
         rows = scene.rows
         own = (rows["step"] == verdict.step) & (rows["resolution"] == verdict.resolution)
         loads = rows[along][own]

@@ -10,7 +10,7 @@ from comparisons.facts.methods import MODEL, NOT_ASKED
 from comparisons.facts.quantities import in_order, quantity
 from comparisons.judging.verdicts import NO_RESULT, worst
 from comparisons.results.advice import ITSELF, Advice, advise
-from comparisons.results.finding import finding, symbol
+from comparisons.results.finding import finding, largest_error, symbol
 from comparisons.results.record import WHERE, SceneRecord, title_in
 from comparisons.scene.scene import PREPARATION
 from reports.tables import cells
@@ -182,6 +182,24 @@ def methods_table(scene: SceneRecord) -> Table:
             place = f"{quantity(item.quantity).label} ({item.where})"
             rows.append((*setting, place, cells.of_verdict(item), cells.verdict(item.word)))
     return table(("method", "N", "time", "quantity", "largest error", "verdict"), rows)
+
+
+def others_table(scene: SceneRecord) -> Table:
+    """Return what decides over each method that the page does not lead with; none of the truth."""
+    rows, names = [], []
+    for method in scene.methods:
+        verdicts = scene.verdicts_on(method)
+        if method in scene.judged_methods or all(item.word == NO_RESULT for item in verdicts):
+            continue
+        decisive = worst(verdicts)
+        time = cells.duration(scene.cost(method, decisive.resolution).seconds)
+        setting = cells.method(method, scene=scene), cells.count(decisive.resolution), time
+        error = largest_error(scene, decisive)
+        rows.append((*setting, Cell(error, error), cells.verdict(decisive.word)))
+        names.append(decisive.quantity)
+    heads = ("method", "N", "time", "largest error", "verdict")
+    title = "Other methods, on their finest grids"
+    return table(heads, rows, title=title, note=_explained(names))
 
 
 def answers(scenes: Iterable[SceneRecord], judged: Iterable[str]) -> Table:

@@ -78,7 +78,13 @@ def print_study(
     from comparisons.results.measured import modulus_sentence
     from comparisons.results.record import asked_in_vain
     from reports.tables.card import SAID, card
-    from reports.tables.judged import finding_table, prepared_table, summary_lines, verdict_table
+    from reports.tables.judged import (
+        finding_table,
+        others_table,
+        prepared_table,
+        summary_lines,
+        verdict_table,
+    )
 
     console = _console()
     for scene in record.scenes:
@@ -110,6 +116,8 @@ def print_study(
         if sentence := modulus_sentence(scene):
             console.print(f"{scene.name}: {sentence}")
     if len(record.scenes) == 1:
+        if (others := others_table(record.scenes[0])).rows:
+            _print_rows(console, others)
         for heading, text in card(record.scenes[0]):
             if heading in SAID:
                 console.print(f"{heading}: {text}")

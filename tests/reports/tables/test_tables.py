@@ -20,7 +20,14 @@ from reports.plots.stored import slider_steps
 from reports.tables import cells
 from reports.tables.card import _bodies, card, true_value
 from reports.tables.cells import table, tone
-from reports.tables.judged import TRUE, finding_table, not_computed, prepared_table, verdict_table
+from reports.tables.judged import (
+    TRUE,
+    finding_table,
+    not_computed,
+    others_table,
+    prepared_table,
+    verdict_table,
+)
 from reports.tables.scene import spots
 from reports.tables.written import alignment, drawn, frame, in_markdown, latex, rewrite
 from roughline import notebook
@@ -195,6 +202,21 @@ def test_what_a_method_does_not_compute_is_no_part_of_its_answer(tmp_path):
     assert said + " (ellipsoid-2)" in finding_table(scenes, "reduced").note
     assert not_computed(scenes[1:], "reduced") == said
     assert not not_computed(scenes[:1], "reduced")
+
+
+def test_of_one_scene_every_other_method_stands_beside_with_its_time_and_error(tmp_path):
+    """Elements that were asked for have an answer; their pressure is one of the last load."""
+    methods = ["reduced", "bem_fft", "fem"]
+    study = roughline.Study("paraboloid", tmp_path / "out", methods=methods)
+    (scene,) = study.run().record.scenes
+    rows = [[cell.text for cell in row] for row in others_table(scene).rows]
+    assert [row[0] for row in rows] == ["FFT BEM", "FEM"]
+    for _, resolution, time, error, word in rows:
+        assert int(resolution) > 0
+        assert time.split()[-1] in ("ms", "s")
+        assert word == "within"
+        where = "at last load" if error.startswith("p ") else "at d = "
+        assert where in error
 
 
 def test_a_bar_that_differs_from_load_to_load_is_given_by_its_ends(study):
