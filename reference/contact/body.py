@@ -229,11 +229,7 @@ class Convolution:
     """
 
     def __init__(
-        self,
-        shape: tuple[int, int],
-        padded: tuple[int, int],
-        transfer: ArrayLike,
-        dtype: DTypeLike,
+        self, shape: tuple[int, int], padded: tuple[int, int], transfer: ArrayLike, dtype: DTypeLike
     ) -> None:
         self.shape = shape
         self.padded = padded

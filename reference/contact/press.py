@@ -543,10 +543,7 @@ def _from_first_touch(contact: Contact, gap: Array) -> Contact:
     penetration = contact.penetration + float(gap.min())
     share = contact.penetration / penetration
     moved = replace(
-        contact,
-        penetration=penetration,
-        violation=contact.violation * share,
-        initial_gap=gap,
+        contact, penetration=penetration, violation=contact.violation * share, initial_gap=gap
     )
     known = "displacement" in vars(contact)
     return moved.with_displacement(contact.displacement) if known else moved

@@ -306,10 +306,7 @@ def _bisected(system: LinearSystem, keys: Array, elements: Integers) -> tuple[In
 
 
 def _eliminate(
-    group: Group,
-    complete: Mask,
-    fronts: list[Front | Shift] | None,
-    sign: float = 1.0,
+    group: Group, complete: Mask, fronts: list[Front | Shift] | None, sign: float = 1.0
 ) -> Group:
     """Return the Schur complement after elimination of a definite block of the given sign.
 

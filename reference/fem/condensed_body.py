@@ -20,12 +20,7 @@ from skfem import MeshTet
 from skfem.element import ElementHex1, ElementHex2
 
 from reference.arrays import Array, Integers, Mask
-from reference.elasticity import (
-    LARGEST_POISSON_RATIO,
-    Material,
-    lame_parameters,
-    von_mises,
-)
+from reference.elasticity import LARGEST_POISSON_RATIO, Material, lame_parameters, von_mises
 from reference.errors import choice_faults, refuse
 from reference.fem import condensation
 from reference.fem.condensation import (
@@ -194,10 +189,7 @@ class CondensedBody:
 
 
 def half_space_body(
-    mesh: RingMesh | TensorMesh,
-    material: Material,
-    *,
-    solver: str = HALF_SPACE_SOLVERS[0],
+    mesh: RingMesh | TensorMesh, material: Material, *, solver: str = HALF_SPACE_SOLVERS[0]
 ) -> CondensedBody:
     """Return a half-space condensed onto the normal displacements of its candidate surface nodes.
 

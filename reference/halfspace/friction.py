@@ -261,9 +261,7 @@ def sweep(
 
 
 def tangential_stiffness(
-    body: NormalAndTangential,
-    mask: ArrayLike,
-    direction: tuple[float, float] = (1.0, 0.0),
+    body: NormalAndTangential, mask: ArrayLike, direction: tuple[float, float] = (1.0, 0.0)
 ) -> tuple[float, float]:
     """Return the tangential stiffness in full stick, without coupling to normal displacement.
 

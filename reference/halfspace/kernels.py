@@ -96,13 +96,7 @@ def across_integral(x: Array, y: Array, dx: float, dy: float) -> Array:
     return a * _log_ratio(a, c, d, dy, y) - b * _log_ratio(b, c, d, dy, y)
 
 
-def _log_ratio(
-    across: Array,
-    upper: Array,
-    lower: Array,
-    side: float,
-    centre: Array,
-) -> Array:
+def _log_ratio(across: Array, upper: Array, lower: Array, side: float, centre: Array) -> Array:
     """Return ln[(upper + hypot(upper, across))/(lower + hypot(lower, across))] to full accuracy.
 
     upper - lower = side and upper + lower = 2 centre are arguments because they are known exactly.

@@ -88,10 +88,7 @@ def on_cells(
 
 
 def respond(
-    operator: FreeOperator,
-    fraction: ArrayLike,
-    tolerance: float = 1e-9,
-    max_iterations: int = 5000,
+    operator: FreeOperator, fraction: ArrayLike, tolerance: float = 1e-9, max_iterations: int = 5000
 ) -> FaceResponse:
     """Return the response to a flat face at unit penetration, by conjugate gradients.
 

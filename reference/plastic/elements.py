@@ -22,14 +22,7 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from reference.arrays import Array, Integers, Mask
 from reference.errors import ConvergenceError
-from reference.fem.condensation import (
-    Front,
-    LinearSystem,
-    Shift,
-    backward,
-    condense,
-    forward,
-)
+from reference.fem.condensation import Front, LinearSystem, Shift, backward, condense, forward
 from reference.fem.element_stiffness import gauss_rule
 from reference.fem.far_field import boussinesq, exterior_stiffness
 

@@ -265,11 +265,7 @@ class Walk:
         return place.reshape(len(place), -1) * self.length, sunk.ravel() * self.length
 
     def step_to(
-        self,
-        state: PlasticState,
-        control: str,
-        value: float,
-        halvings: int = _HALVINGS,
+        self, state: PlasticState, control: str, value: float, halvings: int = _HALVINGS
     ) -> PlasticState:
         """Take one step to a penetration or to a force, in the units of states.
 
