@@ -21,7 +21,7 @@ from reference.arrays import Array, Integers, Mask
 from reference.contact.pivot import pivot
 from reference.errors import ConvergenceError, choice_faults, count_faults, positive_faults, refuse
 from reference.fem.condensed_body import CondensedBody, DenseFlexibility
-from reference.fem.element_stiffness import facet_quadrature, gauss_square
+from reference.fem.element_stiffness import facet_quadrature, gauss_square, shape_functions
 from reference.loads import LoadPath
 
 METHODS = ("active_set", "penalty", "augmented_lagrangian")
@@ -317,6 +317,7 @@ def moment_radius(second: float, fourth: float) -> float | None:
 
 
 Shape = Callable[[Array, Array], Array]
+Projection = Callable[[CondensedBody, Array], Array]
 
 GAUSS_POINTS = 6  # per direction; error by the root at the rim 1e-5 of its force
 
@@ -349,7 +350,7 @@ def indent(
     (CondensedBody, NodalContact)
         The body scaled to this load, with its `points` for nodal values.
         ``contact_area`` is that of the ellipse with the stiffness of the contact set; if that is
-        the mesh circle, ``pressure`` is a weighted projection (`RingPressure`).
+        the mesh circle, ``pressure`` is a weighted projection (`ring_pressure`).
 
     Raises ConvergenceError if no size of the mesh carries the load, or every size does because the
     gap does not increase.
@@ -416,8 +417,8 @@ def indent(
                 area = fitted_area(fitted.nodal or fitted, step.stiffness)
                 step = replace(step, contact_area=area)
                 if fitted.nodal is None and np.array_equal(step.active, fitted.inside_ring):
-                    projection = projection or RingPressure(body, float(forces.sum()) * modulus)
-                    step = replace(step, pressure=projection.pressure(fitted, step.reactions))
+                    projection = projection or ring_pressure(body, float(forces.sum()) * modulus)
+                    step = replace(step, pressure=projection(fitted, step.reactions))
             yield fitted, step
 
     return steps()
@@ -454,8 +455,8 @@ def _best_size(loss: Callable[[float], float], finite: Callable[[float], bool]) 
     return min((2.0**minimum.x, edge), key=loss)
 
 
-class RingPressure:
-    """Weighted projection of nodal forces onto ``p = q sqrt(1 - rho^2)``.
+def ring_pressure(body: CondensedBody, stiffness: float) -> Projection:
+    """Return the weighted projection of nodal forces onto ``p = q sqrt(1 - rho^2)``.
 
     Nodal forces are the moments ``R_i = int N_i p dA`` of the pressure. Force over tributary area
     mixes values over an element, and with nodal contact conditions on quadratic elements
@@ -465,43 +466,39 @@ class RingPressure:
     the known root at the edge from the interpolation: for Hertz q is constant. Rho is the radius
     over that of the contact, which is slightly larger than the mesh circle: that of a punch of the
     `stiffness` dF/dd. The size of the body does not matter.
+
+    The projection takes the body, scaled or not, and nodal forces (n,); it is zero outside.
     """
+    mesh, inside = body.grid.mesh, body.inside_ring
+    area = fitted_area(body, stiffness) / (body.length * body.length)
+    reach = np.sqrt(area / (np.pi * np.prod(body.stretch)))
 
-    def __init__(self, body: CondensedBody, stiffness: float) -> None:
-        mesh = body.grid.mesh
-        area = fitted_area(body, stiffness) / (body.length * body.length)
-        reach = np.sqrt(area / (np.pi * np.prod(body.stretch)))
+    def root(points: Array) -> Array:
+        x, y = (points[..., axis] / body.stretch[axis] / reach for axis in (0, 1))
+        return np.asarray(np.sqrt(np.clip(1.0 - x**2 - y**2, 0.0, None)))
 
-        def root(points: Array) -> Array:
-            x, y = (points[..., axis] / body.stretch[axis] / reach for axis in (0, 1))
-            return np.asarray(np.sqrt(np.clip(1.0 - x**2 - y**2, 0.0, None)))
+    at_candidates = root(body.scaled_points[inside])
+    place = np.full(mesh.p.shape[1], -1)
+    place[body.nodes[inside]] = np.arange(int(inside.sum()))
+    nodes, _, points, areas = facet_quadrature(mesh, body.grid.surface, GAUSS_POINTS)
+    covered = (place[nodes] >= 0).all(axis=1)
+    nodes = place[nodes[covered]]
+    weight = np.abs(areas[covered, :, 2]) * root(points[covered, :, :2])
+    used, corners = np.unique(nodes[:, :4], return_inverse=True)
+    corners = corners.reshape(-1, 4)
+    shapes, _ = shape_functions(ElementQuad1, gauss_square(GAUSS_POINTS)[0])
+    matrix = np.zeros((len(used), len(used)))
+    blocks = np.einsum("nq,fq,mq->fnm", shapes, weight, shapes, optimize=True)
+    np.add.at(matrix, (corners[:, :, None], corners[:, None, :]), blocks)
+    factor = cho_factor(matrix, overwrite_a=True)
+    interpolation = np.zeros((len(at_candidates), len(used)))
+    at_nodes, _ = shape_functions(ElementQuad1, ElementQuad2.doflocs.T)
+    interpolation[nodes[:, None, :], corners[:, :, None]] = at_nodes
 
-        def bilinear(points: Array) -> Array:
-            return np.array([ElementQuad1().lbasis(points, i)[0] for i in range(4)])
-
-        self.inside = body.inside_ring
-        self.root = root(body.scaled_points[self.inside])
-        place = np.full(mesh.p.shape[1], -1)
-        place[body.nodes[self.inside]] = np.arange(int(self.inside.sum()))
-        nodes, _, points, areas = facet_quadrature(mesh, body.grid.surface, GAUSS_POINTS)
-        covered = (place[nodes] >= 0).all(axis=1)
-        nodes = place[nodes[covered]]
-        weight = np.abs(areas[covered, :, 2]) * root(points[covered, :, :2])
-        used, corners = np.unique(nodes[:, :4], return_inverse=True)
-        corners = corners.reshape(-1, 4)
-        shapes = bilinear(gauss_square(GAUSS_POINTS)[0])
-        matrix = np.zeros((len(used), len(used)))
-        blocks = np.einsum("nq,fq,mq->fnm", shapes, weight, shapes, optimize=True)
-        np.add.at(matrix, (corners[:, :, None], corners[:, None, :]), blocks)
-        self.factor = cho_factor(matrix, overwrite_a=True)
-        self.interpolation = np.zeros((len(self.root), len(used)))
-        at_nodes = bilinear(ElementQuad2().doflocs.T)
-        self.interpolation[nodes[:, None, :], corners[:, :, None]] = at_nodes
-
-    def pressure(self, body: CondensedBody, reactions: Array) -> Array:
-        """Return the pressure at the candidates (n,) of the (scaled) body; zero outside."""
+    def pressure(scaled: CondensedBody, reactions: Array) -> Array:
         result = np.zeros_like(reactions)
-        moments = self.interpolation.T @ reactions[self.inside]
-        smooth = self.interpolation @ cho_solve(self.factor, moments)
-        result[self.inside] = smooth * self.root / (body.length * body.length)
+        smooth = interpolation @ cho_solve(factor, interpolation.T @ reactions[inside])
+        result[inside] = smooth * at_candidates / (scaled.length * scaled.length)
         return result
+
+    return pressure

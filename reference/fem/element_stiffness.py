@@ -7,7 +7,7 @@ batched matrix product, 26 to 96 times faster.
 
 import numpy as np
 from skfem import MeshHex, MeshHex2, MeshTet
-from skfem.element import ElementHex2, ElementQuad1, ElementQuad2, ElementTetP2
+from skfem.element import Element, ElementHex2, ElementQuad1, ElementQuad2, ElementTetP2
 
 from reference.arrays import Array, Integers
 from reference.elasticity import lame_parameters
@@ -52,6 +52,12 @@ def simplex_points(degree: int) -> tuple[Array, Array]:
     return points, np.full(4, 1.0 / 24.0)
 
 
+def shape_functions(element: type[Element], points: Array) -> tuple[Array, Array]:
+    """Return values (n, q) and gradients (n, d, q) of the nodes at local points (d, q)."""
+    both = [element().lbasis(points, i) for i in range(len(element.doflocs))]
+    return np.array([value for value, _ in both]), np.array([slope for _, slope in both])
+
+
 def element_order(mesh: MeshHex | MeshTet) -> int:
     """Return 1 for linear elements, 2 for 27-node hexahedra and ten-node tetrahedra."""
     return 2 if mesh.elem in (ElementHex2, ElementTetP2) else 1
@@ -70,16 +76,14 @@ def facet_quadrature(
     That is nodes (facets, n), values of their shape functions (n, points), points (facets, points,
     3), and Gauss weights times normal area vectors (facets, points, 3), of either sign.
     """
-    nodes, element = mesh.facets[:, facets], ElementQuad1()
+    nodes, element = mesh.facets[:, facets], ElementQuad1
     if mesh.elem is ElementHex2:
-        element, dofs = ElementQuad2(), mesh.dofs
+        element, dofs = ElementQuad2, mesh.dofs
         nodes = np.vstack(
             [nodes, dofs.edge_dofs[0, mesh.f2e[:, facets]], dofs.facet_dofs[:, facets]]
         )
     local, weights = gauss_square(per_direction)
-    basis = [element.lbasis(local, i) for i in range(len(nodes))]
-    shapes = np.array([value for value, _ in basis])
-    slopes = np.array([slope for _, slope in basis])
+    shapes, slopes = shape_functions(element, local)
     corners = mesh.p.T[nodes.T]
     points = np.einsum("fni,nq->fqi", corners, shapes)
     tangents = np.einsum("fni,ndq->dfqi", corners, slopes)
@@ -99,10 +103,9 @@ def shape_gradients(
     simplex = isinstance(mesh, MeshTet)
     rule = simplex_points(per_direction - 1) if simplex else gauss_rule(per_direction, 3)
     points, weights = rule
-    element = mesh.elem()
     nodes = mesh.dofs.element_dofs[:, part]
     # (nodes, 3, points): the reference gradients are equal for all elements
-    local = np.stack([element.lbasis(points, i)[1] for i in range(len(nodes))])
+    local = shape_functions(mesh.elem, points)[1]
     corners = mesh.doflocs[:, nodes].transpose(2, 0, 1)
     jacobian = np.matmul(corners, local.reshape(len(nodes), -1))
     # rows of the Jacobian are the coordinates, columns the local directions
@@ -179,10 +182,8 @@ def mean_stress_modes(mesh: MeshHex2, per_direction: int) -> Array:
     preserves the order on distorted cells.
     """
     points, _ = gauss_rule(per_direction, 3)
-    element, nodes = mesh.elem(), mesh.dofs.element_dofs
-    shapes = np.array([element.lbasis(points, i)[0] for i in range(len(nodes))])
-    corners = mesh.doflocs[:, nodes].transpose(2, 1, 0)
-    places = np.matmul(shapes.T, corners)
+    corners = mesh.doflocs[:, mesh.dofs.element_dofs].transpose(2, 1, 0)
+    places = np.matmul(shape_functions(mesh.elem, points)[0].T, corners)
     size = np.ptp(corners, axis=1)
     local = (places - corners.mean(axis=1)[:, None, :]) / size[:, None, :]
     return np.concatenate([np.ones((*local.shape[:2], 1)), local], axis=2)

@@ -29,6 +29,7 @@ from reference.fem.element_stiffness import (
     facet_quadrature,
     gauss_rule,
     gauss_square,
+    shape_functions,
 )
 from reference.fem.half_space_mesh import GradedMesh
 
@@ -134,11 +135,8 @@ class Products:
     def __init__(self, lattice: Lattice, points: int) -> None:
         order, cells, depths = lattice.order, lattice.cells, lattice.depths
         # over the plane: gradients[i, e, q, n] of the shape functions
-        square = ElementQuad1() if order == 1 else ElementQuad2()
         local, weights = gauss_square(points)
-        basis = [square.lbasis(local, i) for i in range(cells.shape[1])]
-        values = np.array([value for value, _ in basis])
-        slopes = np.array([slope for _, slope in basis])
+        values, slopes = shape_functions(ElementQuad1 if order == 1 else ElementQuad2, local)
         jacobian = np.einsum("eni,ndq->eqid", lattice.plane[cells], slopes)
         gradients = np.einsum("ndq,eqdi->ieqn", slopes, np.linalg.inv(jacobian))
         areas = np.abs(np.linalg.det(jacobian)) * weights
@@ -151,10 +149,10 @@ class Products:
             return sparse.csr_array((blocks.ravel(), pairs), shape=(count, count))
 
         # along the depth; of three functions the one in the middle is scikit-fem's last
-        line, places = (ElementLineP1(), (0, 1)) if order == 1 else (ElementLineP2(), (0, 2, 1))
+        line, places = (ElementLineP1, [0, 1]) if order == 1 else (ElementLineP2, [0, 2, 1])
         at, weights = gauss_rule(points, 1)
-        ends = [line.lbasis(at, i) for i in places]
-        value, steep = np.array([v for v, _ in ends]), np.array([s[0] for _, s in ends])
+        value, steep = shape_functions(line, at)
+        value, steep = value[places], steep[places, 0]
         shape = 3, len(depths), len(depths)
         self.depth_mass, self.depth_slopes, self.depth_slope = np.zeros(shape)
         for start in range(0, len(depths) - 1, order):

@@ -18,7 +18,12 @@ from skfem.quadrature import get_quadrature_tri
 
 from reference.arrays import Array, Integers, Mask
 from reference.errors import refuse
-from reference.fem.element_stiffness import gauss_rule, gauss_square, simplex_points
+from reference.fem.element_stiffness import (
+    gauss_rule,
+    gauss_square,
+    shape_functions,
+    simplex_points,
+)
 
 # Relative Jacobian that counts as zero.
 NO_VOLUME = 1e-9
@@ -73,12 +78,6 @@ class CellKind:
         self.face_nodes = [
             np.flatnonzero(self._on_face(self.locations, face)) for face in range(len(self.faces))
         ]
-
-    def shapes(self, points: Array) -> tuple[Array, Array]:
-        """Shape functions (n, m) and their reference gradients (n, 3, m) at points (m, 3)."""
-        element = self.mesh.elem()
-        both = [element.lbasis(points.T, i) for i in range(len(self.locations))]
-        return np.array([value for value, _ in both]), np.array([slope for _, slope in both])
 
     def face_rule(self, face: int) -> tuple[Array, Array, Array]:
         """Return integration points (m, 3) on a face, weights (m,), and tangents (2, 3)."""
@@ -233,7 +232,7 @@ class SolidMesh:
         gauss = simplex_points(kind.order) if kind.simplex else gauss_rule(kind.order + 1, 3)
 
         def jacobians(points: Array) -> Array:
-            slopes = kind.shapes(points)[1]
+            slopes = shape_functions(kind.mesh.elem, points.T)[1]
             gradient = np.einsum("eni,ndq->eqid", self.points[self.cells], slopes, optimize=True)
             return np.linalg.det(gradient)
 
@@ -262,7 +261,7 @@ class SolidMesh:
         for face in np.unique(faces[:, 1]):
             cells = self.cells[faces[faces[:, 1] == face, 0]]
             points, weights, tangents = self.kind.face_rule(int(face))
-            shapes, slopes = self.kind.shapes(points)
+            shapes, slopes = shape_functions(self.kind.mesh.elem, points.T)
             corners = self.points[cells]
             edges = np.einsum("kni,ndq,td->tkqi", corners, slopes, tangents, optimize=True)
             areas = np.cross(edges[0], edges[1]) * weights[:, None]
@@ -282,7 +281,8 @@ class SolidMesh:
         """
         kind, nodes = self.kind, len(self.points)
         places = np.concatenate([kind.in_child(child, kind.locations) for child in range(8)])
-        weights = np.round(512.0 * kind.shapes(places)[0].T).astype(np.int64)
+        shapes, _ = shape_functions(kind.mesh.elem, places.T)
+        weights = np.round(512.0 * shapes.T).astype(np.int64)
         # random numbers of the nodes, whose weighted sums name the new ones in any order
         keys = np.random.default_rng(0).integers(2**62, size=nodes, dtype=np.int64)
         names = keys[self.cells] @ weights.T  # integer overflow is intended (a hash)

@@ -23,7 +23,7 @@ from reference.arrays import Array, Integers
 from reference.errors import ConvergenceError, choice_faults, refuse
 from reference.fem.condensed_body import CondensedBody, DenseFlexibility
 from reference.fem.contact import NodalContact, press
-from reference.fem.element_stiffness import element_order, facet_quadrature
+from reference.fem.element_stiffness import element_order, facet_quadrature, shape_functions
 from reference.loads import LoadPath
 
 COUPLINGS = ("mortar", "node_to_surface")
@@ -39,7 +39,6 @@ STRAIGHT = 1e-7
 MOST_CORNERS = 8
 # Slivers below this fraction of a face are rounding at shared edges and are dropped.
 SLIVER = 1e-12
-_ELEMENTS = {1: ElementQuad1, 2: ElementQuad2}
 
 
 @dataclass(frozen=True, eq=False)
@@ -249,7 +248,7 @@ class ContactFaces:
         mesh = body.grid.mesh
         if isinstance(mesh, MeshTet):
             raise ValueError("two bodies need quadrilateral faces: hexahedra, not tetrahedra")
-        self.order = element_order(mesh)
+        self.element = ElementQuad1 if element_order(mesh) == 1 else ElementQuad2
         numbers = facet_quadrature(mesh, body.grid.surface, 1)[0]
         candidate = np.full(mesh.p.shape[1], -1)
         candidate[body.nodes] = np.arange(len(body.nodes))
@@ -258,7 +257,7 @@ class ContactFaces:
             raise ValueError("no face has only candidates as nodes")
         places = (mesh.p[:2, numbers] + body.offset[:, None, None]).transpose(1, 2, 0)
         corners = places[:, :4]
-        at_nodes = _shape_functions(1, _ELEMENTS[self.order].doflocs.T)
+        at_nodes, _ = shape_functions(ElementQuad1, self.element.doflocs.T)
         beside = np.abs(np.einsum("mcd,cn->mnd", corners, at_nodes) - places).max(axis=(1, 2))
         if (beside > STRAIGHT * np.ptp(corners, axis=1).max(axis=1)).any():
             raise ValueError("two bodies need contact faces with straight sides and even nodes")
@@ -267,7 +266,7 @@ class ContactFaces:
 
     def shapes(self, local: Array) -> Array:
         """Shape functions (..., 4 or 9) at reference points (..., 2)."""
-        values = _shape_functions(self.order, local.reshape(-1, 2).T)
+        values, _ = shape_functions(self.element, local.reshape(-1, 2).T)
         return values.T.reshape(*local.shape[:-1], -1)
 
     def local(self, face: Integers, points: Array) -> Array:
@@ -296,12 +295,6 @@ class ContactFaces:
             if np.abs(step / det[..., None]).max(initial=0.0) < 1e-14:
                 return result.reshape(points.shape)
         raise ConvergenceError("a point was not found in its face: a face is too distorted")
-
-
-def _shape_functions(order: int, local: Array) -> Array:
-    """Shape functions (4 or 9, k) of a face at reference points (2, k)."""
-    element = _ELEMENTS[order]()
-    return np.array([element.lbasis(local, i)[0] for i in range(len(element.doflocs))])
 
 
 def overlap_triangles(first: Array, second: Array) -> tuple[Array, Integers]:
