@@ -54,20 +54,16 @@ def shells_about(outline: Outline, cells: int, exponent: float) -> tuple[Array, 
 
 
 class _Quadratics:
-    """Three quadratic functions per interval: values and slopes (n, 3, q) at its Gauss points.
-
-    Bernstein's (1-t)^2, 2 t (1-t), t^2, whose smallest coefficient is below the sum everywhere; or
-    those that are 1 at one of the two ends or the middle.
-    """
+    """Three quadratic functions per interval: values and slopes (n, 3, q) at its Gauss points."""
 
     def __init__(self, starts: Array, ends: Array, *, bernstein: bool = False) -> None:
         nodes, weights = np.polynomial.legendre.leggauss(_POINTS)
         t = 0.5 * (nodes + 1)
         s = 1 - t
-        if bernstein:
+        if bernstein:  # the smallest coefficient is below the sum everywhere
             values = np.stack([s**2, 2 * t * s, t**2])
             slopes = np.stack([-2 * s, 2 * (s - t), 2 * t])
-        else:
+        else:  # 1 at one of the ends or the middle
             values = np.stack([s * (s - t), 4 * t * s, t * (t - s)])
             slopes = np.stack([4 * t - 3, 4 * (s - t), 4 * t - 1])
         length = (ends - starts)[:, None]

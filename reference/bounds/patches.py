@@ -131,10 +131,8 @@ class Block:
         return most, stored
 
     def _stored(self, pressure: Array, u: Expansion) -> float:
-        """Upper bound of the integral of p u over a square of each cell, p >= 0.
-
-        The mean of value and slopes over a square about its middle is the value.
-        """
+        """Upper bound of the integral of p u over a square of each cell, p >= 0."""
+        # the mean of value and slopes over a square about its middle is the value
         total = math.fsum((pressure * (u.value + u.over)).flat) * (1 + 16 * EPSILON)
         return total * (2 * self.potential.half) ** 2
 

@@ -23,7 +23,7 @@ import math
 import numpy as np
 from scipy import fft as transforms
 
-from reference.arrays import Array, Modes
+from reference.arrays import Array
 from reference.bounds.interval import EPSILON, Interval, above, below, inverse
 from reference.bounds.trigonometric import Waves, least_on_cells, levelled, transform_rounding
 from reference.contact.press import press
@@ -184,54 +184,42 @@ class PeriodicSurface:
         return float(stored + work + 4 * noise * size * (lift + abs(self.top)))
 
     def _below(self, P: float) -> float:
-        """Lower bound of Pi per area."""
-        return fenchel_bound(P, *self._dual(P))
+        """Lower bound of Pi per area: Fenchel's."""
+        least, stored = self._dual(P)
+        return below(P * least, 2) - above(stored, 4)
 
     def _dual(self, P: float) -> tuple[float, float]:
-        """Least sum with the gap, and energy, of the displacement that proves most at a load.
+        """Least sum with the gap, and energy per area, of the displacement that proves most at P.
 
-        Under a body that is raised where it fell short.
+        The one below, the other above what it is.
         """
+        heights = transforms.rfft2(self.top - self.gap, norm="forward")
+        wave = np.hypot(*wavenumbers(self.grid, self.spacing))
+        rounding = 4 * self.waves.rounding_on(self.grid)
         raised = np.zeros(self.grid)
         best, most = (0.0, 0.0), -math.inf
         for _ in range(_ROUNDS):
+            # the displacement v under a raised body, without its mean and waves of two cells
             contact = self.on_grid(P, raised)
             modes = transforms.rfft2(contact.displacement, norm="forward")
-            least = self.least_sum(modes, contact.pressure)
-            stored = self.stored_by(modes)
+            modes[0, 0] = 0.0
+            if self.grid[0] % 2 == 0:
+                modes[self.grid[0] // 2] = 0.0
+            if self.grid[1] % 2 == 0:
+                modes[:, self.grid[1] // 2] = 0.0
+            # v + g is bounded sharply where it lies below its mean under the pressure
+            total = modes - heights
+            field = transforms.irfft2(total, self.grid, norm="forward")
+            ceiling = _mean_under(contact.pressure, field)
+            least = self.top + least_on_cells(total, self.spacing, self.grid, ceiling)
+            least = least - rounding - 4 * EPSILON * abs(self.top)
+            stored = float(0.25 * (wave * np.abs(modes) ** 2 * _both_signs(self.grid)).sum())
+            stored *= 1 + _SUM * EPSILON
             if P * least.min() - stored > most:
                 best, most = (float(least.min()), stored), P * least.min() - stored
-            # where the sum is least, and by how much below its mean under the pressure
+            # raised where the sum is least, by how much it lies below its mean under the pressure
             raised += np.maximum(_mean_under(contact.pressure, least) - least, 0.0)
         return best
-
-    def stored_by(self, modes: Modes) -> float:
-        """Upper bound of the energy of a displacement, per area."""
-        wave = np.hypot(*wavenumbers(self.grid, self.spacing))
-        stored = 0.25 * (wave * np.abs(modes) ** 2 * _both_signs(self.grid)).sum()
-        return float(stored * (1 + _SUM * EPSILON))
-
-    def least_sum(self, modes: Modes, pressure: Array) -> Array:
-        """Lower bound of v + g on each cell, v the polynomial with the given modes.
-
-        The modes at half the sampling frequency must be zero; they are set to zero here. The bound
-        is sharp where v + g lies below its mean under a pressure.
-        """
-        if self.grid[0] % 2 == 0:
-            modes[self.grid[0] // 2] = 0.0
-        if self.grid[1] % 2 == 0:
-            modes[:, self.grid[1] // 2] = 0.0
-        modes[0, 0] = 0.0
-        total = modes - transforms.rfft2(self.top - self.gap, norm="forward")
-        ceiling = _mean_under(pressure, transforms.irfft2(total, self.grid, norm="forward"))
-        least = least_on_cells(total, self.spacing, self.grid, ceiling)
-        rounding = 4 * self.waves.rounding_on(self.grid)
-        return self.top + least - rounding - 4 * EPSILON * abs(self.top)
-
-
-def fenchel_bound(P: float, least: float, stored: float) -> float:
-    """Fenchel's bound of Pi per area: of an energy, and the least sum with the gap."""
-    return below(P * least, 2) - above(stored, 4)
 
 
 def _mean_under(pressure: Array, field: Array) -> float:

@@ -99,10 +99,7 @@ def gauss_points(cells: Array) -> tuple[Array, Array]:
 
 @njit(cache=True, error_model="numpy")
 def _add_pairs(cells, points, others, seen, weights, reach, turn, integrals, errors):
-    """Add the integrals over pairs of cells and images of cells, with bounds of their errors.
-
-    `turn` is -1 for images that are mirrored: then their sides run the other way round.
-    """
+    """Add the integrals over pairs of cells and images of cells, with bounds of their errors."""
     for k in range(len(cells)):
         for m in range(k, len(cells)):
             first, second = cells[k], others[m]
@@ -136,23 +133,20 @@ def _add_pairs(cells, points, others, seen, weights, reach, turn, integrals, err
                         value, doubt = _sides(first[a], first[b], second[c], second[d], rays)
                         total += value
                         error += doubt
-                total *= -turn
+                total *= -turn  # -1 of mirrored images, whose sides run the other way round
             integrals[k, m] += total
             errors[k, m] += error
 
 
 @njit(cache=True, error_model="numpy")
 def _sides(a, b, c, d, rays):
-    """Return (t . t') J of the sides a-b and c-d, and a bound of its rounding.
-
-    Lines of sides on rays meet in the origin, however small their angle.
-    """
+    """Return (t . t') J of the sides a-b and c-d, and a bound of its rounding."""
     ux, uy, vx, vy = b[0] - a[0], b[1] - a[1], d[0] - c[0], d[1] - c[1]
     u, v = np.sqrt(ux * ux + uy * uy), np.sqrt(vx * vx + vy * vy)
     ux, uy, vx, vy = ux / u, uy / u, vx / v, vy / v
     cosine, sine = ux * vx + uy * vy, ux * vy - uy * vx
     wx, wy = c[0] - a[0], c[1] - a[1]
-    if rays:
+    if rays:  # they meet in the origin, however small their angle
         s1, t1 = a[0] * ux + a[1] * uy, c[0] * vx + c[1] * vy
     elif abs(sine) < _PARALLEL:
         # the second side starts at `start` along the first, at the distance `across`

@@ -12,7 +12,6 @@ sqrt(pi w/(2 E*)) under force control, and to a third of that under penetration 
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +20,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from reference.arrays import Array
 from reference.closed_form.form import ByRadius, ClosedForm, require_positive
+from reference.errors import choice_faults, refuse
 
 
 @dataclass(frozen=True)
@@ -157,28 +157,27 @@ class AdhesiveForm(AdhesiveEquilibria):
 
     def pull_off(self, control: str = "force") -> float:
         """Return the contact radius at which the contact is lost under decreasing load."""
-        if control not in ("force", "penetration"):
-            raise ValueError(f"control must be 'force' or 'penetration', not {control!r}")
+        refuse(choice_faults("control", control, ("force", "penetration")))
+        smallest, largest = self._laws.smallest, self._laws.largest
+        if self._fixed:
+            return largest
         level = np.sqrt(np.pi * self.work / (2 * self.effective_modulus))
         level *= 3 if control == "force" else 1
-        return self._root(lambda a: float(np.sqrt(a) * self._laws.rate(np.asarray(a))) - level)
+
+        def excess(a: float) -> float:
+            return float(np.sqrt(a) * self._laws.rate(np.asarray(a))) - level
+
+        scale = self._laws.scale(self.work / self.effective_modulus)
+        low = high = float(np.clip(scale, smallest, largest))
+        while excess(low) > 0 and low > smallest:
+            low = max(low / 2, smallest)
+        while excess(high) < 0:
+            high = self._further(high)
+        return float(brentq(excess, low, high, **_TO_ROUNDING))
 
     def _further(self, place: float) -> float:
         # from below towards a largest radius that is excluded
         return min(2 * place, 0.5 * (place + self._laws.largest))
-
-    def _root(self, function: Callable[[float], float]) -> float:
-        """Return the radius where a function changes from negative to positive."""
-        smallest, largest = self._laws.smallest, self._laws.largest
-        if self._fixed:
-            return largest
-        scale = self._laws.scale(self.work / self.effective_modulus)
-        low = high = float(np.clip(scale, smallest, largest))
-        while function(low) > 0 and low > smallest:
-            low = max(low / 2, smallest)
-        while function(high) < 0:
-            high = self._further(high)
-        return float(brentq(function, low, high, **_TO_ROUNDING))
 
     def _checked(self, radius: ArrayLike) -> Array:
         a, largest = np.asarray(radius, dtype=float), self._laws.largest

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -91,7 +90,8 @@ class ClosedForm:
 
     def penetration(self, force: ArrayLike) -> Any:
         """Penetration of a force: the inverse of `force`, to rounding."""
-        return self.depth_of(checked_load("force", force, self._force_limit, self.limit_reason))
+        limit = float(self.force_of(np.asarray(self.limit))) if self.limit_reason else math.inf
+        return self.depth_of(checked_load("force", force, limit, self.limit_reason))
 
     def energy(self, penetration: ArrayLike) -> Any:
         """Elastic energy, the integral of the force over the penetration."""
@@ -157,7 +157,3 @@ class ClosedForm:
 
     def _depth(self, penetration: ArrayLike) -> Array:
         return checked_load("penetration", penetration, self.limit, self.limit_reason)
-
-    @cached_property
-    def _force_limit(self) -> float:
-        return float(self.force_of(np.asarray(self.limit))) if self.limit_reason else math.inf

@@ -344,20 +344,14 @@ class Persson(WaveRings):
         return 1.0 / softness if softness else math.inf
 
     def _weights(self, after: int) -> tuple[Array, Array]:
-        """Return q h_q^2 w/(2 sqrt pi) and w of the waves after a ring, w = sqrt2/h'.
-
-        Of its own gradient a ring counts with half.
-        """
+        """Return q h_q^2 w/(2 sqrt pi) and w of the waves after a ring, w = sqrt2/h'."""
         q, power = self.wavenumber[after + 1 :], self.power[after + 1 :]
-        own = q**2 * power
+        own = q**2 * power  # of its own gradient a ring counts with half
         over = math.sqrt(2) / np.sqrt(np.cumsum(own) - 0.5 * own)
         return q * power * over / (2 * math.sqrt(math.pi)), over
 
     def _gap(self, pressure: float, after: int) -> float:
-        """Return the mean gap of the waves after a ring: the rate integrated from t = w p on.
-
-        The part of the rate with erf^2 is regular at t = 0.
-        """
+        """Return the mean gap of the waves after a ring: the rate integrated from t = w p on."""
         weight, over = self._weights(after)
         t = over * pressure
         singular = 0.5 * self.gamma * exp1(np.maximum(t, 1e-300) ** 2)

@@ -71,10 +71,7 @@ class WornPunch:
         return penetration, float(decay[0] * self.area), float(lost[0] * self.area)
 
     def _decayed(self, first: int, start: Array, distance: float) -> tuple[Array, Array]:
-        """Return coefficients of the pressure after a distance, and of the depth lost.
-
-        A rigid punch's pressure begins with one in every polynomial, in units of the mean.
-        """
+        """Return coefficients of the pressure after a distance, and of the depth lost."""
         values, vectors = _modes(first)
         rates = self.coefficient * distance / (self._unit * values)
         amplitude = vectors.T @ (_tables()[1][first:] * start)

@@ -237,7 +237,7 @@ def _conjugate_gradients(  # noqa: PLR0913
         worst = max(of_piece[2] for of_piece in parts)
         heights, count = sums(parts)[:2]
         if fixed_sum and count > 0:
-            each_piece(_remove_mean, residual, free, number(heights / count))
+            np.add(residual, number(heights / count), out=residual, where=free.view(bool))
         history.append(worst / (depth + shift) if depth + shift > 0 else np.inf)
         if worst <= goal:
             return correction, history, convolutions, False
@@ -306,8 +306,10 @@ def _conjugate_gradients(  # noqa: PLR0913
             cut_off, least = image_map, _LEFT * added
             tries = _SHIFTS[fixed_sum] if inverse is not None and not cautious else 0
             for _ in range(tries):
-                between = each_piece(_between, correction, lower, free, most)
-                if not added > least or not sum(between):
+                # cells on neither bound
+                inside = (correction > lower) & (correction < lower + most)
+                np.copyto(free, inside)
+                if not added > least or not inside.any():
                     break
                 if period.shape != shape:
                     period[:] = 0
@@ -440,10 +442,8 @@ def _residual(clearance, correction, lower, residual, free, shift, cap):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _largest(values):
-    """Return the largest absolute value.
-
-    LLVM does not vectorise a running maximum of floats: 64 are computed side by side.
-    """
+    """Return the largest absolute value."""
+    # LLVM does not vectorise a running maximum of floats: 64 are computed side by side
     peaks = np.zeros(64, values.dtype)
     blocks = values.size - values.size % 64
     for start in range(0, blocks, 64):
@@ -456,13 +456,6 @@ def _largest(values):
     for peak in peaks:
         largest = peak if peak > largest else largest
     return np.float64(largest)
-
-
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=_REORDER)
-def _remove_mean(residual, free, mean):
-    """Take the mean from the residual on the free set."""
-    for k in range(residual.size):
-        residual[k] += mean * residual.dtype.type(free[k])
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=_REORDER)
@@ -501,10 +494,7 @@ def _product(first, second):
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=_REORDER)
 def _advance(response, clearance, correction, lower, direction, length, cap):
-    """Step along the direction up to the bounds; the response becomes what the bounds added.
-
-    Returns the size of what was added, the sum of the correction and that of the pressures.
-    """
+    """Step up to the bounds, whose share the response becomes; sums of that, of x, of pressures."""
     added, excess, loads = 0.0, 0.0, 0.0
     for k in range(clearance.size):
         clearance[k] += length * response[k]
@@ -520,22 +510,9 @@ def _advance(response, clearance, correction, lower, direction, length, cap):
     return added, excess, loads
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _between(correction, lower, free, cap):
-    """Fill the cells on neither bound; return their number."""
-    count = 0
-    for k in range(correction.size):
-        free[k] = (correction[k] > lower[k]) & (correction[k] < lower[k] + cap)
-        count += free[k]
-    return count
-
-
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=_REORDER)
 def _shift(added, correction, lower, moved, cap):
-    """Take `moved` off within the bounds; return sums as `_advance`.
-
-    `moved` becomes what the bounds added this time.
-    """
+    """Take `moved` off within the bounds, whose share it becomes; return sums as `_advance`."""
     left, excess, loads = 0.0, 0.0, 0.0
     for k in range(correction.size):
         target = correction[k] - moved[k]

@@ -242,17 +242,6 @@ class TabulatedCells:
         self.unit = power_of_two(float(table[0, 0]))
         self.table = table / self.unit
 
-    def overlapping(self, depth: float) -> Mask:
-        """Return the overlapping cells, or the deepest of them if too many for a factorisation.
-
-        About half of a geometric overlap stays in contact, so the final number may be below the
-        limit.
-        """
-        active = self.gaps < depth
-        if np.count_nonzero(active) > CELL_LIMIT:
-            active[np.argsort(self.gaps, kind="stable")[CELL_LIMIT:]] = False
-        return active
-
     def response(self) -> Respond:
         """Return a new response of the cells, for one or several calls of `pivot`."""
         rows, columns, table = self.rows, self.columns, self.table

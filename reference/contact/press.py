@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from reference.arrays import Array, Mask
 from reference.contact.body import LARGEST_KEPT, Convolution, ElasticBody
 from reference.contact.descent import descend
-from reference.contact.pivot import TabulatedCells, pivot
+from reference.contact.pivot import CELL_LIMIT, TabulatedCells, pivot
 from reference.errors import ConvergenceError, choice_faults, refuse
 from reference.loads import Load
 
@@ -356,10 +356,7 @@ def rectangle(cells: Mask) -> tuple[slice, slice]:
 def _starting_pressure(
     body: ElasticBody, gap: Array, control: str, value: float
 ) -> tuple[Array, bool]:
-    """Return a non-negative pressure near the contact, and whether it is that of full contact.
-
-    ``control`` is a penetration or a force.
-    """
+    """Return a non-negative pressure near the contact, and whether it is that of full contact."""
     # every second point has fewer waves, and less tension: where full contact has too much there,
     # so it has on all points
     points, full = np.ascontiguousarray(gap[::2, ::2]), True
@@ -488,8 +485,7 @@ def _pivot(
 ) -> Iterator[Contact]:
     """Pivot on the cells that the body can reach, with depths relative to first touch.
 
-    (19.7) is solved for the pressures in contact, (19.8) gives the displacements outside; it starts
-    from the geometric overlap, or from the contact of `start`, then of the load before.
+    By (19.7) for the pressures in contact, and (19.8) for the displacements outside.
     """
     lowest, force = float(gap.min()), load.control == "force"
     near, cells = gap - lowest, None
@@ -505,7 +501,9 @@ def _pivot(
                 # all loads use the cells of the largest one, and therefore the same factor
                 cells = TabulatedCells(body, near, max(reach, reaches[-1]))
                 respond = cells.response()
-            active = cells.overlapping(reach)
+            active = cells.gaps < reach
+            if np.count_nonzero(active) > CELL_LIMIT:  # about half of an overlap stays in contact
+                active[np.argsort(cells.gaps, kind="stable")[CELL_LIMIT:]] = False
             if mask is not None and mask[cells.rows, cells.columns].any():
                 active = mask[cells.rows, cells.columns]
             settled = pivot(

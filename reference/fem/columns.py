@@ -334,10 +334,7 @@ def _of_waves(
     smooth: bool = False,
     inertia: float = 0.0,
 ) -> Array:
-    """Displacements (..., axes, axes) under tractions along axes, zero for the zero wavenumber.
-
-    `smooth` and the other options as of `compliance` and `compliance_matrix`.
-    """
+    """Displacements (..., axes, axes) under tractions along axes, zero for the zero wavenumber."""
     faults = choice_faults("element", element, ELEMENTS)
     faults += positive_faults(dx=spacing[0], dy=spacing[1], first=first)
     if not 1 <= growth < 4:

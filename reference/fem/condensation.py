@@ -308,10 +308,7 @@ def _bisected(system: LinearSystem, keys: Array, elements: Integers) -> tuple[In
 def _eliminate(
     group: Group, complete: Mask, fronts: list[Front | Shift] | None, sign: float = 1.0
 ) -> Group:
-    """Return the Schur complement after elimination of a definite block of the given sign.
-
-    Raises LinAlgError if it is not definite; nothing is changed then.
-    """
+    """Eliminate a definite block of the given sign; LinAlgError, with no change, if it is none."""
     names, matrix = group
     count = int(complete.sum())
     if count == 0:

@@ -433,11 +433,8 @@ def on_whole_patch(contact: Contact, response: Response, control: str, area: flo
 
 
 def _growth(mask: Mask) -> float:
-    """Return d ln A/d ln F: 1 at light loads, 0 at full contact.
-
-    Of random surfaces, A/A0 = erf(x), x in proportion to F (B. N. J. Persson, J. Chem. Phys. 115
-    (2001) 3840).
-    """
+    """Return d ln A/d ln F: 1 at light loads, 0 at full contact."""
+    # A/A0 = erf(x), x in proportion to F (B. N. J. Persson, J. Chem. Phys. 115 (2001) 3840)
     share = np.count_nonzero(mask) / mask.size
     x = special.erfinv(share)
     return float(2 / np.sqrt(np.pi) * x * np.exp(-(x**2)) / share) if share < 1 else 0.0

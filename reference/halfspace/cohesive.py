@@ -34,7 +34,7 @@ from scipy.sparse.linalg import LinearOperator, minres
 from reference.arrays import Array, Mask
 from reference.contact.body import ElasticBody
 from reference.contact.press import check_gap, effort_faults, press
-from reference.errors import ConvergenceError, positive_faults, refuse
+from reference.errors import ConvergenceError, choice_faults, positive_faults, refuse
 from reference.loads import Load
 
 # (a, b, value): a d + b F = value.
@@ -351,8 +351,7 @@ class CohesivePath:
         return places
 
     def _load(self, control: str) -> Array:
-        if control not in ("force", "penetration"):
-            raise ValueError(f"control must be 'force' or 'penetration', not {control!r}")
+        refuse(choice_faults("control", control, ("force", "penetration")))
         return self.force if control == "force" else self.penetration
 
     def pull_off(self, control: str = "force") -> tuple[float, float] | None:
@@ -366,10 +365,7 @@ class CohesivePath:
 
 
 def _fold(load: Array, sign: int) -> int | None:
-    """Return the lowest minimum of a load along a path (sign 1), or its last maximum (-1).
-
-    The last maximum of the penetration is the jump into contact on approach.
-    """
+    """Return the lowest minimum of a load along a path (sign 1), or its last maximum (-1)."""
     load = sign * load
     folds = np.flatnonzero((load[1:-1] <= load[:-2]) & (load[1:-1] < load[2:])) + 1
     if not folds.size:
@@ -418,6 +414,7 @@ def trace(
         contact, length = _next(problem, points, units, length, tolerance)
         points.append(contact)
         length = min(1.0, 1.5 * length) if contact.iterations <= _EASY else length
+    # the last maximum of the penetration is the jump into contact on approach
     for load, sign in (("force", 1), ("penetration", 1), ("penetration", -1)):
         at = _fold(np.array([getattr(point, load) for point in points]), sign)
         if at is not None:

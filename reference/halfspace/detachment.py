@@ -70,8 +70,7 @@ class Peeling:
         return int(np.argmax(carrying)) if carrying.any() else carrying.size
 
     def _loads(self, control: str) -> Array:
-        if control not in ("force", "penetration"):
-            raise ValueError(f"control must be 'force' or 'penetration', not {control!r}")
+        refuse(choice_faults("control", control, ("force", "penetration")))
         return self.force if control == "force" else self.penetration
 
 

@@ -167,10 +167,7 @@ def periodic_quarter(
 def _alias_sum(
     shape: tuple[int, int], spacing: tuple[float, float], *, energy: bool = False
 ) -> Array:
-    """Return the sum of sinc sinc/|q + G| over the aliases, with a smooth window; q_x, q_y >= 0.
-
-    For energies the squares of the sincs are used, which do not alternate, without a window.
-    """
+    """Return the sum of sinc sinc/|q + G| over the aliases, as of `aliases`; q_x, q_y >= 0."""
     qx, qy = wavenumbers(shape, spacing)
     kx, sinc_x = aliases(qx.ravel()[: shape[0] // 2 + 1], spacing[0], energy=energy)
     ky, sinc_y = aliases(qy.ravel(), spacing[1], energy=energy)
@@ -181,7 +178,7 @@ def aliases(wavenumber: Array, step: float, *, energy: bool = False) -> tuple[Ar
     """Return the aliases of waves along one side of the cells, and their windowed sincs.
 
     Both are of shape (aliases, waves), the waves themselves in the middle. For energies the sincs
-    are squared and not windowed.
+    are squared, which do not alternate, and not windowed.
     """
     orders = np.arange(-_ALIASES, _ALIASES + 1)[:, None]
     window = 0.5 * erfc((np.abs(orders) - _ALIASES / 2) / (0.5 * np.sqrt(_ALIASES)))

@@ -210,8 +210,11 @@ def cell_coefficients(body: Body, shape: tuple[int, int], spacing: Pair) -> Arra
         return kernels.love(i, j, spacing, body.top.effective_modulus)
     dx, dy = spacing
     largest = float(np.hypot(shape[0] * dx, shape[1] * dy)) + max(spacing)
-    if isinstance(body, Graded):
-        point, disc = _graded_force(body)
+    point: Radial
+    disc: Radial
+    if isinstance(body, Graded):  # powers of the distance
+        k, factor = body.exponent, body.point_factor
+        point, disc = lambda r: factor * r**-k, lambda r: factor * r ** (1 - k) / (1 - k)
     else:
         point, disc = _layered_force(body, 1e-4 * min(spacing), largest)
     x, y = np.broadcast_arrays(np.arange(shape[0])[:, None] * dx, np.arange(shape[1]) * dy)
@@ -248,17 +251,9 @@ def cell_coefficients(body: Body, shape: tuple[int, int], spacing: Pair) -> Arra
     return result
 
 
-def _graded_force(body: Graded) -> tuple[Radial, Radial]:
-    """Return r G(r) and I(r), powers of the distance."""
-    k, factor = body.exponent, body.point_factor
-    return lambda r: factor * r**-k, lambda r: factor * r ** (1 - k) / (1 - k)
-
-
 def _layered_force(body: Stack, smallest: float, largest: float) -> tuple[Radial, Radial]:
-    """Return r G(r) and I(r) from a table of S(r) over log r, for distances in a range.
-
-    Below it the body is taken as its uppermost material: `smallest` is far below the cells.
-    """
+    """Return r G(r) and I(r) from a table of S(r) over log r, for distances in a range."""
+    # below the range, far below the cells, the body is taken as its uppermost material
     scale = 1 / (np.pi * body.top.effective_modulus)
     smallest = min(smallest, 1e-3 * min(body.thicknesses))
     number = int(PER_DECADE * np.log10(1.1 * largest / smallest)) + 8

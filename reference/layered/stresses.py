@@ -146,10 +146,7 @@ def inside(
 
 
 def _slices(body: Stack, depths: Array) -> list[tuple[float, Material, float]]:
-    """Cut a body into slices of one material: thicknesses, materials, and where each ends.
-
-    They go down through all layers, and to the deepest depth that is not below a rigid base.
-    """
+    """Cut a body into slices of one material: thicknesses, materials, and where each ends."""
     ends, materials = np.cumsum(body.thicknesses), list(body.materials)
     if body.base is not None:
         materials.append(body.base)

@@ -281,12 +281,10 @@ class Walk:
         return self.step_to(half_way, control, value, halvings - 1)
 
     def _newton(self, state: PlasticState, control: str, value: float) -> PlasticState:
-        """Find the balance at a depth, or under a force, by Newton's method with a line search.
-
-        Under a force the depth is an unknown, too; a force of 0 has lifted the indenter off.
-        """
+        """Find the balance at a depth, or under a force, by Newton's method with a line search."""
         mesh, surface = self.mesh, self.mesh.surface
         depth, force = (state.penetration, value) if control == "force" else (value, 0.0)
+        # under a force the depth is an unknown, too; one of 0 has lifted the indenter off
         lifted = control == "force" and force == 0
         forced = control == "force" and not lifted
         unknowns, history = state.unknowns, []
