@@ -98,7 +98,6 @@ def pivot(
     --------
     Two springs of compliance 1 that do not feel each other, with gaps 0 and 3:
 
-    >>> import numpy as np
     >>> both = pivot(compliance(np.eye(2)), np.array([0.0, 3.0]), np.ones(2, bool), 5.0)
     >>> both.pressures, both.history
     (array([5., 2.]), [0])

@@ -138,7 +138,6 @@ def press(
     --------
     Hertz, F = 4/3 E* sqrt(R) d^1.5, with R = 1 and d = 0.01:
 
-    >>> import numpy as np
     >>> from reference.halfspace import FreeOperator
     >>> x = (np.arange(64) - 31.3) / 240
     >>> K = FreeOperator((64, 64), (1 / 240, 1 / 240), 1.0)
@@ -592,7 +591,6 @@ def certify(
 
     A pressure one per cent too large raises the clearance in contact by as much of the penetration:
 
-    >>> import numpy as np
     >>> from reference.halfspace import FreeOperator
     >>> K, gap = FreeOperator((2, 2), (1.0, 1.0), 1.0), np.zeros((2, 2))
     >>> load = Load("penetration", 1)

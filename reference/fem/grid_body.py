@@ -231,7 +231,6 @@ def sweep(
 
     Examples
     --------
-    >>> from reference.fem import Material
     >>> x = (np.arange(24) - 11.5) / 12
     >>> body = FreeBody((24, 24), (1 / 12, 1 / 12), Material(1 - 0.3**2, 0.3))
     >>> ball = (x[:, None] ** 2 + x**2) / 2

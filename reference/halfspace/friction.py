@@ -190,7 +190,6 @@ def sweep(
 
     Cattaneo (1938): F_x = 7/8 mu F leaves a stick circle of half the contact radius.
 
-    >>> import numpy as np
     >>> from reference.halfspace.traction import Compliance
     >>> x = (np.arange(32) - 15.7) / 14
     >>> body = NormalAndTangential((32, 32), (1 / 14, 1 / 14), Compliance.of(1.0, 0.0))

@@ -51,7 +51,6 @@ def love(
     Offsets i, j are in cells, broadcast, of either sign. Fractions give points between the
     centres.
 
-    >>> import numpy as np
     >>> own = love(0, 0, (1.0, 1.0), 1.0)
     >>> bool(np.isclose(own, 4 * np.log(1 + np.sqrt(2)) / np.pi, rtol=1e-15))
     True
@@ -239,7 +238,6 @@ class FreeOperator(ElasticBody):
 
     Of cells (nx, ny) of sides (dx, dy), and E*, in consistent units.
 
-    >>> import numpy as np
     >>> K = FreeOperator((3, 3), (1.0, 1.0), 1.0)
     >>> u = K.apply(np.ones((3, 3)))
     >>> bool(np.isclose(u[1, 1], 3 * 4 * np.log(1 + np.sqrt(2)) / np.pi))

@@ -54,7 +54,8 @@ def cell_modulus(body: Body, spacing: Pair) -> float:
     """Effective modulus of the half-space that gives way as much to waves of four cells."""
     if is_half_space(body):
         return body.top.effective_modulus
-    return float(body.modulus(np.pi / 2 / max(spacing)))
+    q = np.pi / 2 / max(spacing)
+    return float(2 / (q * body.compliance(q)))
 
 
 class OfBody(ElasticBody):

@@ -55,21 +55,8 @@ HIDDEN = 24.0
 PER_DECADE = 400
 
 
-class DeepBody:
-    """A body whose compliance to waves of pressure is known."""
-
-    def compliance(self, wavenumber: ArrayLike) -> Array:
-        """Return the normal displacement of the surface per pressure, for waves."""
-        raise NotImplementedError
-
-    def modulus(self, wavenumber: ArrayLike) -> Array:
-        """2/(q C): the effective modulus of the half-space that gives way as much to this wave."""
-        q = np.asarray(wavenumber, dtype=float)
-        return 2 / (q * self.compliance(q))
-
-
 @dataclass(frozen=True)
-class Stack(DeepBody):
+class Stack:
     """Bonded elastic layers on an elastic half-space or on a rigid base.
 
     A half-space has 2/(E* q):
@@ -223,7 +210,7 @@ def rest(h: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Graded(DeepBody):
+class Graded:
     """A half-space that grows stiffer (k > 0) or softer (k < 0) with depth.
 
     k = 0 is a half-space, 2/(E* q):
