@@ -82,7 +82,7 @@ class TruePressure:
             return everywhere
         form = self._form
         if form is not None:
-            if not form.pressure_is_singular:
+            if form.singular_at is None:
                 return everywhere
             rho = form.relative_radius(x, y, self._penetration)
             centre = 1.0 if form.singular_at == "edge" else 0.0

@@ -2,7 +2,7 @@
 
 from reference.closed_form.form import ClosedForm
 from reference.closed_form.infinite import Westergaard, boussinesq, boussinesq_energy
-from reference.closed_form.partial_slip import PartialSlip, PartialSlipPath, stiffness_ratio
+from reference.closed_form.partial_slip import PartialSlip, stiffness_ratio
 from reference.closed_form.shapes import (
     cone,
     cylinder,
@@ -17,7 +17,6 @@ from reference.closed_form.shapes import (
 __all__ = [
     "ClosedForm",
     "PartialSlip",
-    "PartialSlipPath",
     "Westergaard",
     "boussinesq",
     "boussinesq_energy",

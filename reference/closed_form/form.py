@@ -141,11 +141,6 @@ class ClosedForm:
             result[inside] = self.pressure_of(rho[inside], d[inside])
         return result[()]
 
-    @property
-    def pressure_is_singular(self) -> bool:
-        """Whether the pressure is infinite anywhere."""
-        return self.singular_at is not None
-
     def relative_radius(self, x: ArrayLike, y: ArrayLike, penetration: float) -> Array:
         """Return sqrt((x/a)^2 + (y/b)^2): 0 on the axis, 1 on the edge of the contact.
 

@@ -30,10 +30,9 @@ CONTROLS = {"descent": ("penetration", "force", "mean_gap"), "pivot": ("penetrat
 _REACH = 1.15
 # For grids with a shorter side, a coarser grid saves no time.
 _SHORTEST_COARSENED = 128
-# Violation of the coarser solution; a smaller one is lost in the interpolation. Measured on rough
-# surfaces of 256 to 1024 points a side: it saves a fifth to a third of the iterations on the finest
-# grid. Beyond this side it falls with the grid: the shortest waves are an ever smaller part of the
-# penetration, and at 1e-2 a coarse grid would pass on what it was given, the errors of all before.
+# Violation of the coarser solution; a smaller one is lost in the interpolation. Beyond this side it
+# falls with the grid: the shortest waves are an ever smaller part of the penetration, and at 1e-2 a
+# coarse grid would pass on what it was given, the errors of all before.
 _COARSE_TOLERANCE, _COARSE_SIDE, _COARSE_ITERATIONS = 1e-2, 256, 60
 # The overlap for a force is slightly deeper than the contact.
 _SHALLOWER = 0.85

@@ -14,7 +14,7 @@ True
 """
 
 from reference.elasticity import Material
-from reference.fem.condensed_body import CondensedBody, Fields, half_space_body, recover
+from reference.fem.condensed_body import CondensedBody, half_space_body, recover
 from reference.fem.contact import (
     Enforcement,
     NodalContact,
@@ -23,20 +23,18 @@ from reference.fem.contact import (
     indent,
     press,
 )
-from reference.fem.half_space_mesh import SYMMETRIES, RingMesh, TensorMesh, graded_lines
+from reference.fem.half_space_mesh import SYMMETRIES, RingMesh, TensorMesh
 
 __all__ = [
     "SYMMETRIES",
     "CondensedBody",
     "Enforcement",
-    "Fields",
     "Material",
     "NodalContact",
     "RingMesh",
     "TensorMesh",
     "at_quadrature_points",
     "contact_radius",
-    "graded_lines",
     "half_space_body",
     "indent",
     "press",

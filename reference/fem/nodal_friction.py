@@ -38,6 +38,7 @@ from reference.loads import LoadPath, slides
 # Newton steps towards prescribed forces, their relative error, and the finite-difference step as a
 # fraction of the penetration.
 _NEWTON, _FORCE_ERROR, _SLOPE_STEP = 60, 1e-6, 1e-3
+_ERROR = 1e-7  # largest `NodalStep.error`
 # Largest factor of the penetration in a Newton step.
 _LARGEST_FACTOR = 2.0
 # Extents of candidates with friction and their fine rings, and of the mesh, in contact radii.
@@ -137,7 +138,6 @@ def follow(
     normal: LoadPath,
     tangential: LoadPath,
     *,
-    tolerance: float = 1e-7,
     max_sweeps: int = 20_000,
 ) -> Iterator[NodalStep]:
     """Solve a path of normal and tangential loads of a rigid shape.
@@ -154,8 +154,6 @@ def follow(
     tangential : LoadPath
         ``"tangential_displacement"`` or ``"tangential_force"``, of equal length; a force below mu
         F. Slip is measured over whole steps (implicit Euler).
-    tolerance : float
-        Largest `NodalStep.error`.
 
     Raises ConvergenceError on iteration, if the sweeps of a step do not converge or its forces are
     impossible.
@@ -180,7 +178,7 @@ def follow(
         """Return nodal forces at a depth and shift of the shape, and the errors of the sweeps."""
         depth, shift = place
         aim = np.column_stack([shift - position[:, 0], -position[:, 1], depth - gap])
-        forces, errors, bound = start.copy(), np.zeros(max_sweeps), tolerance * abs(depth)
+        forces, errors, bound = start.copy(), np.zeros(max_sweeps), _ERROR * abs(depth)
         errors = errors[: _sweeps(table, aim, body.fixed, friction, forces, errors, bound)]
         if not errors[-1] <= bound:
             raise ConvergenceError(

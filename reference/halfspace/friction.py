@@ -27,7 +27,7 @@ from reference.halfspace.traction import NormalAndTangential
 from reference.loads import Load, LoadPath, slides
 
 # Precision of the first round of a step, and of the next ones relative to the remaining error.
-_FIRST_ROUND, _PER_ROUND = 1e-3, 0.1
+_FIRST_ROUND, _PER_ROUND, _MOST_ROUNDS = 1e-3, 0.1, 60
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +125,6 @@ def alternate(
     sheared: Callable[[Contact, Array, float], Tractions],
     start: tuple[Contact | None, Array],
     tolerance: float,
-    max_rounds: int = 60,
 ) -> Alternated:
     """Solve normal and tangential problem in turn.
 
@@ -140,7 +139,7 @@ def alternate(
     precision = max(tolerance, _FIRST_ROUND) if press.coupled else tolerance
     history: list[float] = []
     iterations = 0
-    for rounds in range(1, max_rounds + 1):
+    for rounds in range(1, _MOST_ROUNDS + 1):
         lifted = press.gap + lift
         offset = float(lifted.min()) if press.coupled else 0.0
         applied = load.single() - (offset if load.control == "penetration" else 0.0)
@@ -168,7 +167,7 @@ def alternate(
         precision = max(tolerance, _PER_ROUND * worst)
     raise ConvergenceError(
         f"normal and tangential problem disagree by {worst:.1e} of the penetration after "
-        f"{max_rounds} rounds",
+        f"{_MOST_ROUNDS} rounds",
         history,
     )
 
@@ -179,14 +178,12 @@ def sweep(
     tangential: LoadPath,
     *,
     tolerance: float = 1e-6,
-    max_rounds: int = 60,
 ) -> Iterator[FrictionStep]:
     """Solve a path of normal and tangential loads.
 
     The normal path is one of penetrations or forces, positive; a single value is constant. The
     tangential one has displacements or forces along x of any sign; a force must be below mu F.
-    The tolerance is the largest `violation` and `error`; `max_rounds` limits the rounds of
-    normal and tangential problems in a step.
+    The tolerance is the largest `violation` and `error`.
 
     Cattaneo (1938): F_x = 7/8 mu F leaves a stick circle of half the contact radius.
 
@@ -234,7 +231,7 @@ def sweep(
         for pushed, pulled in np.transpose(loads).tolist():
             now = Load(normal.control, pushed)
             shear = partial(sheared, position, pulled)
-            answer = alternate(press, now, shear, (contact, traction), tolerance, max_rounds)
+            answer = alternate(press, now, shear, (contact, traction), tolerance)
             contact, traction = answer.contact, answer.tractions.traction
             before, shift = position, answer.tractions.shift if by_force else pulled
             position = -answer.tractions.displacement - drag(contact)

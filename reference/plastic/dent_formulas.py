@@ -245,15 +245,16 @@ def thornton_restitution(speed: ArrayLike) -> Array:
     return np.asarray(np.sqrt(0.4 * force**2 / (np.sqrt(1 + beyond) * work)))
 
 
-def johnson_restitution(energy: ArrayLike, softness: float, hardness: float = 3.0) -> Array:
+def johnson_restitution(energy: ArrayLike, softness: float) -> Array:
     """Return the coefficient of restitution of a ball in full yield from the first touch.
 
     F = pi a^2 p with a^2 = 2 R d takes the energy W = pi a^4 p/(4 R), and 3 F^2/(10 E* a) of it is
     given back: e^2 = (6 pi/5) (p/E*) (R/a), 3.7 (Y/E*)^(1/2) (W/(Y R^3))^(-1/8) at p = 3 Y.
-    `energy` is W/(Y R^3), `softness` Y/E*, `hardness` p/Y.
+    `energy` is W/(Y R^3), `softness` Y/E*.
 
     >>> round(float(johnson_restitution(1.0, 1e-4)), 4)
     0.0374
     """
+    hardness = 3.0  # p/Y
     radius = (4 * np.asarray(energy, dtype=float) / (np.pi * hardness)) ** 0.25
     return np.asarray(np.sqrt(1.2 * np.pi * hardness * softness / radius))

@@ -115,7 +115,7 @@ def stresses(
     fields: dict[str, np.ndarray] = {}
     if method == CLOSED_FORM and body.indenter and body.half_space.uniform and body.only_pressed:
         form = form_of(body.indenter, body.effective_modulus)
-        if form is not None and not form.pressure_is_singular:
+        if form is not None and form.singular_at is None:
             fields = form_pressure(form, float(here["penetration"][0]))
     if not fields:
         fields = next((item.fields for item in stored_fields(scene, [method])), {})

@@ -123,7 +123,7 @@ def form_pressure(form: closed_forms.ClosedForm, depth: float) -> dict[str, np.n
     """
     half_x, half_y = (float(half) for half in form.semi_axes(depth))
     x = half_x * unit_rings()[0]
-    if not form.pressure_is_singular:
+    if form.singular_at is None:
         x[0] = 0.0
     return profile_fields(half_x, half_y, x, np.asarray(form.pressure(x, 0.0, depth)))
 
