@@ -48,11 +48,7 @@ _RATIO, _CLOSEST, _STIFF, _FALL = 0.45, 0.95, 0.1, 1.0
 class Ball:
     """A ball of radius R on springs under oil.
 
-    Parameters
-    ----------
-    rule : {"local", "hertz", "rigid"}
-    heights : callable, optional
-        Of a rough ball over x: the section y = 0 as it is; up to 1.5 l.
+    A rough one has `heights` over x, those of its section y = 0 as it is; up to 1.5 l.
     """
 
     radius: float
@@ -102,8 +98,7 @@ class _State:
 def entrain(ball: Ball, speed: float, resolution: int) -> LineFilm:
     """Return the steady film at an entrainment speed U, the mean of both surfaces'.
 
-    Cells have the width l/resolution. Raises ConvergenceError if the film is too thin for the
-    cells.
+    Cells have the width l/resolution; ConvergenceError if the film is too thin for them.
     """
     refuse(positive_faults(speed=speed) + count_faults(_FEWEST, resolution=resolution))
     reach = 2 * ENTRAINED * ball.viscosity * speed * ball.radius**2 / ball.load

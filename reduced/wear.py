@@ -92,9 +92,8 @@ def wear(
 ) -> Iterator[WornLine]:
     """Wear a body under one constant penetration or force; yield a state per distance.
 
-    `coefficient` is k, volume lost per force and distance; distances increase strictly, and are
-    numbers of cycles with an oscillation. Raises ConvergenceError if the pressure is lost, or the
-    distance takes too many steps.
+    `coefficient` is k, volume lost per force and distance; distances are numbers of cycles with an
+    oscillation. ConvergenceError if the pressure is lost, or the distance takes too many steps.
     """
     faults = positive_faults(effective_modulus=effective_modulus, coefficient=coefficient)
     refuse(faults + increasing_faults(distances=distances))
@@ -235,9 +234,6 @@ class RoundBody:
 
         `slip` is the lower penetration that leaves the stick zone: springs slip by what g exceeds
         it, without it all by one.
-
-        Raises ConvergenceError if the pressure is a tension somewhere (the contact has opened
-        inside), or if the contact reaches the last ring of a body that goes on.
         """
         heights = self.heights(worn)
         if depth > heights[-1] and not self.ends:
@@ -269,10 +265,7 @@ class WearingLine:
         return RoughLines(self.unworn.single() - worn, self.spacing, self.unworn.periodic)
 
     def rate(self, worn: np.ndarray, modulus: float, depth: float, slip: float | None) -> Wear:
-        """Return stress times slip at every spring, with `slip` as of `RoundBody`.
-
-        Raises ConvergenceError where the rule has no real value.
-        """
+        """Return stress times slip at every spring, with `slip` as of `RoundBody`."""
         line = self.line(worn)
         stress = line_stress(line, modulus, depth + float(line.single().max()), rule=self.rule)
         if not stress.valid.all():

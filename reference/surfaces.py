@@ -70,10 +70,8 @@ def self_affine(
     The amplitudes B are fixed by `amplitude_spectrum` (so every realisation has the same rms height
     and slope), the phases uniform on [0, 2 pi). The stream of surface k is
     ``SeedSequence(seed, spawn_key=(stream, k))``; one uniform number is drawn for every mode of the
-    full grid, in C order, of which the modes of a real FFT are used.
-
-    `points` and `size` are those of the sides (nx, ny) and (Lx, Ly), or one for both; three
-    numbers >= 0 fix the phases. Heights have zero mean and are positive towards the half-space.
+    full grid, in C order, of which the modes of a real FFT are used. `points` and `size` are (nx,
+    ny) and (Lx, Ly), or one for both. Heights are positive towards the half-space.
 
     >>> h = self_affine(32, 1.0, SelfAffine(hurst=0.8, rms_slope=0.1), seed=1, realisation=0)
     >>> h.shape, round(rms_gradient_spectral(h, (1 / 32, 1 / 32)), 12)
@@ -109,11 +107,10 @@ def amplitude_spectrum(
 ) -> Array:
     """Amplitudes B(q) = (2 pi/L) sqrt(C2D(q)), (19.23), on the modes of a full 2-D FFT.
 
-    Parameters as for `self_affine`, and the rows that are wanted; sum(B^2) = <h^2> and
-    sum(|q|^2 B^2) = <|grad h|^2>. The power law holds between the roll-off wavelength and the short
-    cutoff, both circular in q (the modes on the cutoff circle are kept); q = 0 and the modes that
-    are their own conjugates at the Nyquist frequency are zero, because their phase cannot be
-    random.
+    For the rows that are wanted; sum(B^2) = <h^2> and sum(|q|^2 B^2) = <|grad h|^2>. The power law
+    holds between the roll-off wavelength and the short cutoff, both circular in q (the modes on the
+    cutoff circle are kept); q = 0 and the modes that are their own conjugates at the Nyquist
+    frequency are zero, because their phase cannot be random.
 
     >>> B = amplitude_spectrum(16, 1.0, SelfAffine(power=4.0, rms_height=2.0))
     >>> round(float((B**2).sum()), 12), round(float(B[1, 0] / B[2, 0]), 12)
@@ -186,9 +183,8 @@ def refine(height: ArrayLike, factor: int, axes: tuple[int, ...] = (0, 1)) -> Ar
 def subdivide(height: ArrayLike, factor: int) -> Array:
     """Fourier interpolation at the centres of cells, `factor` by `factor` in a cell of the map.
 
-    The cells of the map are those about its points, so the finer cells cover the same area: what a
-    grid solver takes for a patch stays in place. On the points themselves (`refine`) it would move
-    by up to half a cell of the map. An odd factor keeps the points.
+    The cells of the map are those about its points, so the finer cells cover the same area; on the
+    points themselves (`refine`) it would move by up to half a cell. An odd factor keeps the points.
 
     >>> h = np.cos(2 * np.pi * np.arange(8) / 8)[:, None] * np.ones(8)
     >>> fine = subdivide(h, 2)
@@ -249,15 +245,25 @@ def highest(height: ArrayLike) -> float:
     chosen = index[np.argsort(heights)[-starts:]]
     del rows  # as large as the modes
 
+    def waves(points: int, at: float) -> tuple[Modes, ...]:
+        """All modes of a real FFT's grid at a place, and their first and second derivatives."""
+        wave = 2 * np.pi * fft.fftfreq(points, 1 / points)
+        values = np.exp(1j * wave * at)
+        first, second = 1j * wave * values, -(wave**2) * values
+        if points % 2 == 0:  # the Nyquist component is split evenly between its two signs
+            half = points // 2
+            even, odd = np.cos(wave[half] * at), np.sin(wave[half] * at)
+            values[half], first[half] = even, -wave[half] * odd
+            second[half] = -(wave[half] ** 2) * even
+        return values, first, second
+
     # Newton's iterations to the stationary point near each, at places in shares of the period
     modes = fft.fft2(height, norm="forward", workers=1)
     best = float(heights.max())
     for place in np.column_stack(np.unravel_index(chosen, shape)) / shape:
         value = -np.inf
         for _ in range(4):
-            (f, fx, fxx), (g, gy, gyy) = (
-                _waves(n, at) for n, at in zip(modes.shape, place, strict=True)
-            )
+            (f, fx, fxx), (g, gy, gyy) = map(waves, modes.shape, place)
             along = modes @ g
             here = float((f @ along).real)
             if here < value:  # a step too far
@@ -271,21 +277,6 @@ def highest(height: ArrayLike) -> float:
             place = place - np.linalg.solve(bend, slope)
         best = max(best, value)
     return best
-
-
-def _waves(points: int, at: float) -> tuple[Modes, ...]:
-    """All modes of a real FFT's grid at a place, and their first and second derivatives."""
-    wave = 2 * np.pi * fft.fftfreq(points, 1 / points)
-    values = np.exp(1j * wave * at)
-    first, second = 1j * wave * values, -(wave**2) * values
-    if points % 2 == 0:  # the Nyquist component is split evenly between its two signs
-        half = points // 2
-        values[half], first[half], second[half] = (
-            np.cos(wave[half] * at),
-            -wave[half] * np.sin(wave[half] * at),
-            -(wave[half] ** 2) * np.cos(wave[half] * at),
-        )
-    return values, first, second
 
 
 def rms_gradient_spectral(height: ArrayLike, spacing: Pair) -> float:

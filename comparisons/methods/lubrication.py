@@ -20,7 +20,6 @@ from comparisons.scene.loading import loads_of
 from comparisons.scene.physics.tables.lubrication import Lubrication
 from comparisons.scene.scene import Scene
 from comparisons.tasks.shown_loads import grid_pressure
-from comparisons.tasks.solution import Solution
 from comparisons.tasks.steps import Step
 from comparisons.tasks.task import Task
 from reduced import film as line_film
@@ -245,14 +244,12 @@ class Formula(Solver[IndenterGeometry]):
         if self.contact.table.rough:
             raise Refused("the formula is for smooth balls")
 
-    def solve(self, task: Task[IndenterGeometry]) -> Solution:
+    def steps(self, task: Task, values: np.ndarray) -> Iterator[Step]:
         """Evaluate all steps."""
-        solution = Solution.empty(task, unknowns=1)
-        for step, value in enumerate(task.loads.values):
+        for value in values:
             load, speed = self.contact.step(task, float(value))
-            films = self.films(load, speed)
-            solution.put((0, step), films | {"lubrication_force": load, "force": load})
-        return solution
+            force = {"lubrication_force": load, "force": load}
+            yield Step(self.films(load, speed) | force, unknowns=1)
 
     def films(self, load: float, speed: float) -> dict[str, float]:
         """Return central and minimum film."""

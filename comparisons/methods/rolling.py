@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -41,6 +42,7 @@ from reference.rolling.creep_theories import EllipticContact, Rolled, fastsim, k
 from reference.rolling.roll import Creep, RollingStep, roll
 
 PHYSICS = frozenset({"friction", "rolling"})
+Pair = tuple[Any, Any]
 
 
 def tables_of(scene: Scene) -> tuple[Rolling, Friction]:
@@ -53,18 +55,15 @@ def tables_of(scene: Scene) -> tuple[Rolling, Friction]:
     return rolling, friction
 
 
-def quantities(
-    rolling: Rolling, value: float, forces: tuple[float, float], limit: float
-) -> dict[str, float]:
-    """Return the quantities at a creep, of the forces along and across; `limit` is mu F."""
-    along, across = forces
-    creep, lateral = rolling.both(value)
+def quantities(creep: Pair, forces: Pair, friction: float, force: float) -> dict[str, Any]:
+    """Return the quantities of creeps and forces, each along and across."""
     return {
-        "tangential_force": along,
-        "lateral_force": across,
-        "traction": along / limit,
-        "creep": creep,
-        "lateral_creep": lateral,
+        "tangential_force": forces[0],
+        "lateral_force": forces[1],
+        "traction": forces[0] / (friction * force),
+        "friction_coefficient": forces[0] / force,
+        "creep": creep[0],
+        "lateral_creep": creep[1],
     }
 
 
@@ -104,20 +103,16 @@ class ReducedRolling(ProfileSolver):
         line = Springs(self.profile, self.modulus, task.resolution, edges=self.edges)
         along, across = np.array(pairs(self.rolling, task.loads.values)).T
         answer = roll_springs(line, self.friction, Load(*normal_load(task)), along, across)
-        steady = {
+        forces = answer.tangential_force, answer.lateral_force
+        rolled = quantities((along, across), forces, self.friction.coefficient, answer.force)
+        contact = {
             "penetration": answer.penetration,
             "force": answer.force,
             "equivalent_radius": answer.contact_radius,
             "contact_length": 2 * answer.contact_radius,
+            "stick_area": np.pi * (answer.stick_length / 2) ** 2,
         }
-        limit = self.friction.coefficient * answer.force
-        solution = Solution.empty(task, unknowns=2 * task.resolution)
-        for step, value in enumerate(task.loads.values):
-            forces = float(answer.tangential_force[step]), float(answer.lateral_force[step])
-            stick = {"stick_area": np.pi * (answer.stick_length[step] / 2) ** 2}
-            rolled = quantities(self.rolling, float(value), forces, limit)
-            friction = {"friction_coefficient": forces[0] / answer.force}
-            solution.put((0, step), steady | stick | rolled | friction)
+        solution = Solution.of(task, rolled | contact, unknowns=2 * task.resolution)
         spacing = answer.contact_radius / task.resolution
         solution.fields = line_picture(
             self.profile, answer.penetration, answer.contact_radius, spacing
@@ -176,14 +171,11 @@ class GridRolling(FrictionalGrid):
             """Yield the steps; each starts from the tractions of the one before."""
             creeps = [Creep(*pair, self.rolling.spin) for pair in pairs(self.rolling, values)]
             load = reference_loads.Load(*normal_load(task))
-            for value, step in zip(
-                values, roll(press, load, creeps, tolerance=self.tolerance), strict=False
-            ):
+            for step in roll(press, load, creeps, tolerance=self.tolerance):
                 forces = step.tangential_force, step.lateral_force
-                rolled = quantities(self.rolling, float(value), forces, self.friction * step.force)
+                rolled = quantities(step.creep[:2], forces, self.friction, step.force)
                 mask = step.pressure > 0
                 contact = {
-                    "friction_coefficient": step.tangential_force / step.force,
                     "stick_area": float(areas.corrected_area(step.sticking, grid.spacing)),
                     "penetration": step.penetration,
                     "force": step.force,
@@ -268,7 +260,7 @@ class Theory(Solver[IndenterGeometry]):
         except ValueError as error:
             raise Refused(f"Kalker's table: {error}") from error
 
-    def solve(self, task: Task[IndenterGeometry]) -> Solution:
+    def steps(self, task: Task[IndenterGeometry], values: np.ndarray) -> Iterator[Step]:
         """Roll at every creep."""
         control, load = normal_load(task)
         depth = load if control == "penetration" else float(self.form.penetration(load))
@@ -276,26 +268,15 @@ class Theory(Solver[IndenterGeometry]):
         a, b = (float(axis) for axis in self.form.semi_axes(depth))
         nu = self.scene.poisson_ratio
         contact = EllipticContact((a, b), self.scene.shear_modulus, nu, self.friction * force)
-        solution = Solution.empty(task, unknowns=4 * task.resolution**2)
-        ellipsoid = isinstance(task.geometry.indenter, Ellipsoid)
-        axes = dict(zip(HALF_AXES, (a, b), strict=True)) if ellipsoid else {}
-        for step, value in enumerate(task.loads.values):
-            creep = *self.rolling.both(float(value)), self.rolling.spin
-            rolled = self.rolled(contact, creep, task.resolution)
+        steady = {"penetration": depth, "force": force, "contact_area": area}
+        if isinstance(task.geometry.indenter, Ellipsoid):
+            steady |= dict(zip(HALF_AXES, (a, b), strict=True))
+        for creep in pairs(self.rolling, values):
+            rolled = self.rolled(contact, (*creep, self.rolling.spin), task.resolution)
             forces = rolled.tangential_force, rolled.lateral_force
-            solution.put(
-                (0, step),
-                quantities(self.rolling, float(value), forces, contact.limit)
-                | {
-                    "friction_coefficient": forces[0] / force,
-                    "stick_area": rolled.stick_area,
-                    "penetration": depth,
-                    "force": force,
-                    "contact_area": area,
-                }
-                | axes,
-            )
-        return solution
+            found = quantities(creep, forces, self.friction, force)
+            found["stick_area"] = rolled.stick_area
+            yield Step(steady | found, unknowns=4 * task.resolution**2)
 
     def rolled(
         self, contact: EllipticContact, creep: tuple[float, float, float], resolution: int

@@ -80,9 +80,9 @@ class SlidingHistory:
     def energy_error(self) -> np.ndarray:
         """Return (work - dissipation)/dissipation over the last period, shape (m,).
 
-        In a steady state the stored energy is equal at both ends. Only steps of whole cells have a
-        steady state: within a cell few springs carry the load and the level follows them up and
-        down, which causes additional dissipation that vanishes with dx.
+        Only steps of whole cells have a steady state, with equal stored energy at both ends: within
+        a cell few springs carry the load and the level follows them up and down, which causes
+        additional dissipation that vanishes with dx.
         """
         part, cells = self.last(), self.distance[0] / self.spacing
         steps = self.distance.size - part.start
@@ -341,10 +341,7 @@ class PrintedSliding:
     force: float  # F_N, met by construction
 
     def friction_coefficient(self) -> float:
-        """Return step 14: mean of F_x/F_N over all steps, the transient included as printed.
-
-        Raises ConvergenceError if no step was completed.
-        """
+        """Return step 14: mean of F_x/F_N over all steps, the transient included as printed."""
         if self.tangential_force.size == 0:
             raise ConvergenceError(
                 f"the printed scheme ended before its first step: {self.outcome}"

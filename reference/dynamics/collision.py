@@ -94,11 +94,8 @@ def collide_curve(
     """Return the impact on a contact with a computed static load curve.
 
     log F is interpolated against log d (monotone cubics), below the first point by the power law
-    through the first two; the error is estimated by leaving out every second point.
-
-    Penetrations increase, at least four, up to a depth that stops the mass, else ValueError. Half
-    of `bar`, the relative uncertainty of the forces, enters the duration (T ~ F^(-1/2) at equal
-    depth).
+    through the first two; the error is estimated by leaving out every second point. Half of `bar`,
+    the relative uncertainty of the forces, enters the duration (T ~ F^(-1/2) at equal depth).
     """
     require_positive("collision", mass=mass, velocity=velocity)
     d, F = np.asarray(penetration, float), np.asarray(force, float)
@@ -163,10 +160,9 @@ def _stopping_depth(form: ClosedForm, kinetic: float) -> float:
 
 
 def work(force: Curve, energy: Curve, low: ArrayLike, high: ArrayLike) -> Array:
-    """Return the energy stored between two penetrations, without cancellation; elementwise.
+    """Return the energy stored between two penetrations, elementwise.
 
-    It is a difference of energies or, if digits would be lost, an integral of the force over an
-    interval short enough for it to be smooth.
+    It is a difference of energies or, if digits would be lost, an integral of the force.
     """
     low, high = np.broadcast_arrays(np.asarray(low, float), np.asarray(high, float))
     way = high - low
@@ -179,8 +175,7 @@ def work(force: Curve, energy: Curve, low: ArrayLike, high: ArrayLike) -> Array:
 def _by_quadrature(force: Curve, energy: Curve, mass: float, depth: float) -> Collision:
     """Return T = 2 int_0^d dx/w, m w^2/2 = U(d) - U(x), by x = d (1 - s^2), smooth at the turn.
 
-    At first touch, s = 1, the power law depends on the shape: panels halve towards it. The bar is
-    the change for fewer nodes.
+    Panels halve towards first touch, s = 1. The bar is the change for fewer nodes.
     """
     ends = np.concatenate([[0.0], 1 - 0.5 ** np.arange(1, 20), [1.0]])
 

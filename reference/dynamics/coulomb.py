@@ -79,8 +79,7 @@ class Blocks:
 def stopping(mass: float, friction: float, speed: float, load: float = 0.0) -> tuple[float, float]:
     """Return time and distance to rest of a sliding body: m v/(R - F), v t/2.
 
-    R = mu F_N, and F in the direction of motion is below it (on a slope m g sin a), else the body
-    never stops and ValueError is raised.
+    R = mu F_N, and F in the direction of motion is below it (on a slope m g sin a).
 
     >>> stopping(1.0, 0.5, 2.0)
     (4.0, 4.0)
@@ -149,8 +148,7 @@ def dry_oscillator_amplitude(
 
     x0 = (P/k) sqrt(A^2 - (R/P)^2 B^2), A = 1/(1 - r^2), B = sin(pi/r)/(r (1 + cos(pi/r))), r the
     ratio of W to the natural frequency (Den Hartog, Trans. ASME 53 (1931) APM-107). Valid if the
-    block does not stop within a half-period, which the caller checks; ValueError at resonance, and
-    where friction stops the block for part of a period.
+    block does not stop within a half-period, which the caller checks.
 
     >>> round(dry_oscillator_amplitude(1.0, 0.0, 1.0, 0.5), 12)  # no friction: 1/(1 - r^2)
     1.333333333333
@@ -200,7 +198,6 @@ def march(
     1. Unconditionally stable for theta >= 1/2; a block at rest has exactly zero velocity.
 
     A block at rest at the end of a step resists up to mu_s F_N in the next one, others mu_k F_N.
-    ConvergenceError if the impulses of a step do not converge, or a velocity is not finite.
 
     >>> sled = march(Blocks(1.0, 0.5), step=0.25, steps=40, velocity=2.0)
     >>> float(sled.position[-1, 0]), float(sled.velocity[-1, 0])  # v^2/(2 mu g), and rest

@@ -100,8 +100,8 @@ def follow(
     """Return the motion of the blocks from t = 0, with position and velocity (n,) there.
 
     A block that comes to rest on its support sticks if the force on it is at most mu_s F_N, else it
-    moves in the direction of the force. Because the mass matrix is diagonal, blocks that stop at
-    the same time are independent. More than `most_events` raise ConvergenceError.
+    moves in the direction of the force. As the mass matrix is diagonal, blocks that stop at the
+    same time are independent.
 
     >>> sled = follow(Blocks(1.0, 0.5), 10.0, velocity=2.0)
     >>> sled.events, round(float(sled.at(10.0)[0][0, 0]), 12)  # v^2/(2 mu g)
@@ -285,9 +285,9 @@ def _crossing(
 ) -> float | None:
     """Return the time in a step, from a state to a later one, at which row z first goes below zero.
 
-    That is beyond the `rounding` of value and rate: a guard that touches zero does not trigger. A
-    guard that is zero initially triggers there if it decreases, or after its maximum if it first
-    increases (or if the block is `starting`).
+    Beyond the `rounding` of value and rate: a guard that touches zero does not trigger. One that is
+    zero initially triggers there if it decreases, or after its maximum if it first increases (or if
+    the block is `starting`).
     """
     rate = row @ phase.matrix
 

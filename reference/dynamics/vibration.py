@@ -33,8 +33,8 @@ def _through_touches(
 ) -> Array:
     """Integrate y' = rates(t, y), y = (x, x'), restarting at every zero of x; return the end.
 
-    At x = 0 the contact force is not smooth. All numbers are of order one, so the tolerance is
-    relative and absolute. The states at those of the `times` that lie in the span go to `out`.
+    There the force is not smooth. All numbers are of order one, so the tolerance is relative and
+    absolute. The states at those of the `times` that lie in the span go to `out`.
     """
 
     def touching(_: float, y: Array) -> float:

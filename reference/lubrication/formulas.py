@@ -97,10 +97,7 @@ def hertz_radius(radius: float, effective_modulus: float, load: float) -> float:
 def contact_length(
     radius: float, effective_modulus: float, load: float, rigid_film: float
 ) -> float:
-    """Return l = a + sqrt(2 R h0), within which a film carries its load.
-
-    Refused where the ball is no paraboloid as far as that: less than three lengths large.
-    """
+    """Return l = a + sqrt(2 R h0), within which a film carries its load; refuse smaller balls."""
     length = hertz_radius(radius, effective_modulus, load) + np.sqrt(2 * radius * rigid_film)
     if length * SMALLEST > radius:
         raise ValueError(
@@ -150,18 +147,13 @@ def second_order_factors(roughness: float) -> tuple[float, float]:
 
 
 def patir_cheng_factor(roughness: float) -> float:
-    """Return the pressure factor of an isotropic Gaussian surface, a fit.
-
-    For rms heights up to twice the mean gap.
-    """
+    """Return the pressure factor of an isotropic Gaussian surface of rms up to twice the gap."""
     refuse(positive_faults(roughness=roughness))
     return 1 - 0.90 * float(np.exp(-0.56 / roughness))
 
 
 def effective_medium_factor(gaps: ArrayLike) -> float:
-    """Return the pressure factor of gaps that lie beside each other at random.
-
-    Gaps are those of areas of one size, in any unit; zero in contact.
+    """Return the pressure factor of gaps of equal areas that lie beside each other at random.
 
     Half closed is closed; without contact the mean is between those of h^-3 and of h^3.
 

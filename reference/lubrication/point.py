@@ -173,8 +173,7 @@ def entrain(ball: Ball, speed: float, resolution: int) -> PointFilm:
     """Return the steady film at one entrainment speed U, the mean of both surfaces'.
 
     On `resolution` cells per l = a + c. The speed is lowered from where the ball is as good as
-    rigid, on coarse cells; finer ones start from the coarse film. The ball must be large beside the
-    contact.
+    rigid, on coarse cells; finer ones start from the coarse film.
 
     >>> soft = Ball(radius=0.01, effective_modulus=1e6, viscosity=1.0, load=0.2)
     >>> film = entrain(soft, 1e-2, 8)
@@ -230,7 +229,7 @@ def approach(ball: Ball, speed: float, resolution: int) -> PointFilm:
 
     The load grows from where the ball is as good as rigid, step by step; the film is a function of
     it, for there is no other time. V is constant, far from the contact; steps of the load are finer
-    with the cells per l. The ball must be large beside the contact.
+    with the cells per l.
     """
     refuse(positive_faults(speed=speed) + count_faults(_FEWEST, resolution=resolution))
     rigid = formulas.squeezed_film(ball.radius, ball.viscosity, speed, ball.load)
@@ -345,8 +344,8 @@ def _lowered(
 ) -> tuple[list[tuple[float, FilmState]], ConvergenceError | None]:
     """Lower the speed to a number, or as far as films go that the cells resolve; and what ended it.
 
-    `starts` are films nearby, at falling speeds: the slowest that leads to a film is taken. On the
-    `finest` cells the last film is the answer; all others are starts, balanced roughly.
+    Of the films nearby, `starts`, the slowest that leads to a film is taken. On the `finest` cells
+    the last film is the answer; all others are starts, balanced roughly.
     """
     closest = _CLOSEST if finest else _NEAR_ENOUGH
 

@@ -301,9 +301,8 @@ class Transport:
 def rigid_film_at(film: Film, separation: float) -> FilmState:
     """Return the film between rigid bodies at a given distance, drawn along at L = 1.
 
-    With the gap given the equations are linear but for where the film ruptures: each round solves
-    them for the cells that were full in the one before. It ends where none switches, or where only
-    pressures do that are zero to round-off.
+    The equations are linear but for where the film ruptures: each round solves them for the cells
+    that were full in the one before, until only pressures switch that are zero to round-off.
     """
     rigid = np.zeros(film.gap.shape)
     flow = Transport(1.0)
@@ -344,9 +343,7 @@ class LineFilm:
 def rigid_cylinder(resolution: int) -> LineFilm:
     """Return the film below a rigid cylinder on a rigid plane, at its least thickness h0.
 
-    It judges the cells: its load and its rupture are known in closed form.
-
-    On so many cells per sqrt(2 R h0), and as far as a thousand of these lengths to either side.
+    On so many cells per sqrt(2 R h0), which it judges: load and rupture are known in closed form.
 
     >>> film = rigid_cylinder(32)
     >>> round(film.load, 2), round(film.rupture, 2)

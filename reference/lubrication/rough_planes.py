@@ -51,10 +51,8 @@ def plane_flow(gap: ArrayLike) -> PlaneFlow:
     """Return what a periodic gap on square cells lets through along x.
 
     Between the centres of two cells the gap is that of either, a half each: flow across stripes is
-    by the mean of h^-3, along them by that of h^3. Cells without a way through are left out, for
-    nothing flows in them.
-
-    The gap has at least 3 cells along both axes; it is zero in contact.
+    by the mean of h^-3, along them by that of h^3. The gap, zero in contact, has at least 3 cells
+    along both axes.
 
     Stripes along the flow, of gaps 1 and 3: the mean of the cubes is 14, the cube of the mean 8.
 

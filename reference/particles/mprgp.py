@@ -69,9 +69,6 @@ def relax(
 
     `floor` has the least values of the unknowns with these numbers. The tolerance is the largest
     imbalance, relative to the reactions; `stiffest` the largest eigenvalue of K, or more.
-
-    Raises ConvergenceError with the history of the imbalance, if it does not fall below the
-    tolerance.
     """
     history: list[float] = []
 

@@ -14,6 +14,7 @@ conditioned as that of either body. Nothing is said of an effective modulus.
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -105,13 +106,12 @@ class FarField:
             hats.append(np.maximum(1 - np.abs(places[:, None] - axis) / (axis[1] - axis[0]), 0.0))
         self.shares = (hats[0][:, :, None] * hats[1][:, None, :]).reshape(packing.surface, -1)
         fields = []
-        for x in axes[0]:
-            for y in axes[1]:
-                points = packing.places[packing.free :] - (x, y, 0.0)
-                displacement, slope = boussinesq(points, poisson_ratio)
-                curl = [slope[:, k - 1, k - 2] - slope[:, k - 2, k - 1] for k in range(3)]
-                volume = np.trace(slope, axis1=1, axis2=2)
-                fields.append(np.column_stack([displacement, 0.5 * np.stack(curl, -1), volume]))
+        for x, y in product(*axes):
+            points = packing.places[packing.free :] - (x, y, 0.0)
+            displacement, slope = boussinesq(points, poisson_ratio)
+            curl = [slope[:, k - 1, k - 2] - slope[:, k - 2, k - 1] for k in range(3)]
+            volume = np.trace(slope, axis1=1, axis2=2)
+            fields.append(np.column_stack([displacement, 0.5 * np.stack(curl, -1), volume]))
         # displacement, rotation and change of volume in the shell (forces, n, 7)
         self.fields = np.stack(fields)
 
@@ -230,12 +230,8 @@ class ParticleHalfSpace:
     ) -> Iterator[ParticleContact]:
         """Yield the contact with a rigid shape at each penetration or force.
 
-        Parameters
-        ----------
-        gap : (m,) array_like
-            Distance of the shape from each of `points` at first touch; inf where it ends.
-        balance : float
-            Largest imbalance of the automata, relative to the reactions.
+        `gap` (m,) is the distance of the shape from each of `points` at first touch, inf where it
+        ends; `balance` the largest imbalance of the automata, relative to the reactions.
         """
         forced = load.one_of("penetration", "force") == "force"
         gap, last = self._scaled_gap(gap), None

@@ -100,7 +100,7 @@ class EllipticContact:
 
     @property
     def coefficients(self) -> Coefficients:
-        """See `kalker`."""
+        """Those of Kalker's table."""
         return kalker(self.semi_axes[0] / self.semi_axes[1], self.poisson_ratio)
 
 
@@ -114,11 +114,9 @@ class Rolled:
 
 
 def kalker(axis_ratio: float, poisson_ratio: float) -> Coefficients:
-    """Return the coefficients of Kalker's table, interpolated.
+    """Return the coefficients of Kalker's table, a/b from 0.1 to 10, nu from 0 to 1/2.
 
     Between ratios of the axes linearly in their logarithm, between Poisson's ratios by a parabola.
-
-    For a/b from 0.1 to 10, and Poisson's ratios from 0 to 1/2; others are refused.
 
     >>> kalker(1.0, 0.25)
     Coefficients(c11=4.12, c22=3.67, c23=1.47, c33=1.19)
@@ -157,9 +155,7 @@ def fastsim(
     spin: float = 0.0,
     cells: int = 50,
 ) -> Rolled:
-    """Return the forces of FASTSIM.
-
-    `cells` are strips across half of the contact, and steps along half a strip.
+    """Return the forces of FASTSIM: `cells` strips on half the contact, steps on half a strip.
 
     Its linear limit is Kalker's, and full sliding the limit:
 

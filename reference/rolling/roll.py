@@ -106,10 +106,7 @@ class RollingStep:
 class Upstream:
     """D: the displacement of a surface less that of the next cell upstream, over dx.
 
-    Parameters
-    ----------
-    shape : (int, int)
-        Of the grid; its row of largest x stays unloaded.
+    The grid's row of largest x stays unloaded.
     """
 
     def __init__(self, surface: TangentialSurface, shape: tuple[int, int]) -> None:
@@ -156,10 +153,9 @@ def steady(
 def rigid_slip(creep: Creep, shape: tuple[int, int], spacing: tuple[float, float]) -> Array:
     """Return the rigid slip between each cell and the next one upstream, shape (2, nx, ny).
 
-    Its mean is that half a cell ahead. But tractions of stick, which have no bound at the trailing
-    edge, act on cells as in a contact whose middle lies a third of a cell behind: spin is taken a
-    sixth of a cell ahead, as CONTACT does (Vollebregt & Kalker). On eight cells per radius C23
-    then errs by 2.2 % at most, with half a cell by 12.5 %.
+    Its mean is that half a cell ahead. But tractions of stick act on cells as in a contact whose
+    middle lies a third of a cell behind: spin is taken a sixth of a cell ahead, as CONTACT does
+    (Vollebregt & Kalker). On eight cells per radius C23 then errs by 2.2 % at most, else by 12.5 %.
     """
     x, y = _places(shape, spacing)
     slip = np.empty((2, *shape))
@@ -290,8 +286,7 @@ def pressed(
     """Yield the pressures of a roller whose roughness travels through the contact with the surface.
 
     `gap` is that of the smooth roller. `roughness` has heights (mx, ny), mx >= nx, with peaks
-    towards the half-space: the first nx rows lie in the grid at first, and the next ones enter
-    at its end of largest x. The load is one value, the same in every step.
+    towards the half-space, of which rows enter at the grid's end of largest x.
     """
     rows, contact = body.shape[0], None
     for first in range(roughness.shape[0] - rows + 1):

@@ -114,11 +114,9 @@ def indentation(
 ) -> Curve:
     """Return force and contact radius of a depth that increases, is constant and decreases once.
 
-    The history of the penetration, >= 0, is first non-decreasing, then non-increasing; a
-    positive first depth is a jump (not with a dashpot). Refused where the contact grows during
-    the retreat. With a dashpot the force at a kink is that for the velocity before it. `form`
-    is the elastic contact, axisymmetric, with `effective_modulus`; the material is that in
-    shear.
+    A positive first depth is a jump (not with a dashpot). Refused where the contact grows during
+    the retreat. With a dashpot the force at a kink is that for the velocity before it. `form` is
+    the elastic contact, axisymmetric, with `effective_modulus`; the material is that in shear.
 
     A ramp against a dashpot, F = 4 eta A'(d) d' with A' = 2 sqrt(R d):
 
@@ -190,8 +188,7 @@ def creep(
 ) -> Curve:
     """Return the depth under a force for which the contact never shrinks (Lee & Radok).
 
-    Arguments as for `indentation`, but the history is that of the ``"force"``, non-decreasing, so
-    that the contact grows for any material. A positive first force is a jump.
+    Arguments as for `indentation`, but the history is that of the ``"force"``, non-decreasing.
 
     >>> from reference.closed_form import paraboloid
     >>> zener = GeneralisedMaxwell.standard(0.25, 0.25, 1.0)

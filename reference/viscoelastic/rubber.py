@@ -78,10 +78,9 @@ def slide_on_rubber(
 ) -> SlidingContact:
     """Return the steady sliding of a rigid shape along +x on a viscoelastic half-space.
 
-    On the free half-space the grid must contain the contact: displacements are positive, so
-    there is no contact where g > d. On the periodic one the mean displacement is zero. The load
-    is one force or penetration; `slope` is dg/dx at the cell centres, by default by central
-    differences; `start` is the initial contact set, by default that of a grid of twice the
+    On the free half-space the grid must contain the contact, which lies where g < d. On the
+    periodic one the mean displacement is zero. `slope` is dg/dx at the cell centres, by default by
+    central differences; `start` is the initial contact set, by default that of a grid of twice the
     spacing, recursively.
 
     A paraboloid of radius 1, slowly: mu = v tau/R, half of that of the reduced model.
@@ -362,7 +361,7 @@ def window_depth(
 ) -> float:
     """Return a depth whose overlap contains the contact: the penetration, or 5 % above the need.
 
-    The depth of a force is computed on a coarse grid, by secant steps in logarithms.
+    That of a force is computed on a coarse grid, by secant steps in logarithms.
     """
     force = load.single()
     if load.one_of("force", "penetration") == "penetration":

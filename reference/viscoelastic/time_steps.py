@@ -51,11 +51,8 @@ def press_in_time(
 ) -> Iterator[Instant]:
     """Yield the contact of a rigid shape on a viscoelastic half-space at each time of a history.
 
-    With J_0 = 0 at the middle of each step.
-
-    The modulus of the operator is not used. The history has penetrations or forces; forces are
-    positive, but the first may be 0: first touch. There is no contact before the first time,
-    and a positive first value is a jump.
+    With J_0 = 0 at the middle of each step. The modulus of the operator is not used. Forces are
+    positive, but the first may be 0: first touch. A positive first value is a jump.
     """
     name, values = history.one_of("penetration", "force"), history.values
     if name == "force" and not (values[0] >= 0 and (values[1:] > 0).all()):

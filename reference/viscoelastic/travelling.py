@@ -86,8 +86,7 @@ class Travelling:
     def datum(self) -> float:
         """Uniform displacement by unit mean pressure on a periodic grid, by convention.
 
-        Any positive number makes the operator definite; its contribution is subtracted from the
-        penetration afterwards. Zero for the free half-space.
+        Any positive number makes the operator definite; penetrations are without it.
         """
         return float(np.abs(self.transfer).max()) if self.periodic else 0.0
 
@@ -117,8 +116,8 @@ class Travelling:
     def coefficients(self) -> Array:
         """Return the displacement of the free half-space under unit pressure on one cell.
 
-        Shape (2 nx - 1, ny): at offsets -(nx - 1) ... nx - 1 of the point from the loaded cell in x
-        and 0 ... ny - 1 in y; even in the latter.
+        At offsets -(nx - 1) ... nx - 1 of the point from the loaded cell in x, and 0 ... ny - 1 in
+        y.
         """
         across = np.arange(self.shape[1])[None, :]
         return self._crept(lambda offsets: kernels.love(offsets, across, self.spacing, 1.0))
@@ -159,14 +158,8 @@ class TravellingPlane(Travelling):
 
     A line force displaces the surface by -2/(pi E*) ln|x| (Johnson 1985, eq. 2.19), up to a
     constant, which a penetration has with it. It is chosen so that the surface is pressed in within
-    a hundred grids, and as many ways that the slowest of the modes remembers.
-
-    Parameters
-    ----------
-    cells, width
-        Number and side of the cells along x.
-    material, speed
-        As for `Travelling`.
+    a hundred grids, and as many ways that the slowest of the modes remembers. There are `cells` of
+    one width along x.
     """
 
     def __init__(

@@ -107,10 +107,10 @@ class FemPlasticity(Solver[IndenterGeometry]):
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Walk the path; on a wider mesh where the contact outgrows the one estimated."""
-        values = task.loads.values[task.loads.values > 0]
+        pressing = task.loads.values[task.loads.values > 0]
         smallest, largest = (
             estimated_radius(self.scene, self.profile, task.loads.control, float(v))
-            for v in (values.min(), values.max())
+            for v in (pressing.min(), pressing.max())
         )
         yields_at = self._yields_at(task)
         for _ in range(_WIDENINGS):
@@ -129,7 +129,26 @@ class FemPlasticity(Solver[IndenterGeometry]):
             path, before = LoadPath(task.loads.control, task.loads.values), 0
             try:
                 for step, moment in enumerate(walk.along(path)):
-                    found = self._step(task, walk, moment, before, yields_at)
+                    values = {
+                        "penetration": moment.penetration,
+                        "force": moment.force,
+                        "contact_area_raw": moment.counted_area,
+                        "energy": moment.elastic,
+                        **yields_at,
+                    }
+                    # both unload on the side, which may fail: the path itself goes on
+                    if not _OF_AREA.isdisjoint(task.quantities):
+                        with suppress(ConvergenceError):
+                            values["contact_area"] = walk.contact_area(moment)
+                    if "residual_depth" in task.quantities:
+                        with suppress(ConvergenceError):
+                            values["residual_depth"] = walk.residual_depth(moment)
+                    found = Step(
+                        values,
+                        iterations=moment.iterations - before,
+                        violation=moment.residual,
+                        fields=partial(self._fields, walk, moment),
+                    )
                     record(solution, (0, step), found, task)
                     before = moment.iterations
                 break
@@ -140,35 +159,6 @@ class FemPlasticity(Solver[IndenterGeometry]):
                     break
             largest *= _WIDER
         return solution
-
-    def _step(
-        self,
-        task: Task[IndenterGeometry],
-        walk: Walk,
-        moment: DentMoment,
-        before: int,
-        yields_at: dict[str, float],
-    ) -> Step:
-        values = {
-            "penetration": moment.penetration,
-            "force": moment.force,
-            "contact_area_raw": moment.counted_area,
-            "energy": moment.elastic,
-            **yields_at,
-        }
-        # both unload on the side, which takes time and may fail: the path itself goes on
-        if not _OF_AREA.isdisjoint(task.quantities):
-            with suppress(ConvergenceError):
-                values["contact_area"] = walk.contact_area(moment)
-        if "residual_depth" in task.quantities:
-            with suppress(ConvergenceError):
-                values["residual_depth"] = walk.residual_depth(moment)
-        return Step(
-            values,
-            iterations=moment.iterations - before,
-            violation=moment.residual,
-            fields=partial(self._fields, walk, moment),
-        )
 
     def _yields_at(self, task: Task[IndenterGeometry]) -> dict[str, float]:
         """Return the penetration of first yield, where it is asked for and exists."""
