@@ -17,7 +17,7 @@ from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeomet
 from comparisons.methods.fem.indenter import LARGEST_POISSON, FemSolver
 from comparisons.methods.normal.bem_fft import HalfSpaceGrid
 from comparisons.methods.normal.closed_form import FormSolver
-from comparisons.methods.normal.grid import Grid, cells, make_grid
+from comparisons.methods.normal.grid import Grid, cells, counted_quantities, make_grid
 from comparisons.methods.normal.reduced import ProfileSolver, line_picture
 from comparisons.methods.normal.reduced_lines import LineSolver
 from comparisons.methods.solver import Refused, Solver, needed
@@ -330,19 +330,12 @@ class GridFriction(FrictionalGrid):
         press = FrictionalPress(body, grid.gap, self.friction, self.coupled)
         for step in compress(sweep(press, *paths, tolerance=self.tolerance), asked):
             violation = max(step.violation, step.error)
-            mask, periodic = step.pressure > 0, body.periodic
-            raw = float(areas.raw_area(mask, grid.spacing))
-            area = float(areas.corrected_area(mask, grid.spacing, periodic=periodic))
-            stick = float(areas.corrected_area(step.sticking, grid.spacing, periodic=periodic))
-            values = {
+            mask, stick = step.pressure > 0, step.sticking
+            values = counted_quantities(step, grid.spacing, periodic=body.periodic) | {
                 "tangential_force": step.tangential_force,
                 "tangential_displacement": step.tangential_displacement,
                 "friction_coefficient": step.tangential_force / step.force,
-                "stick_area": stick,
-                "penetration": step.penetration,
-                "force": step.force,
-                "contact_area": area,
-                "contact_area_raw": raw,
+                "stick_area": float(areas.corrected_area(stick, grid.spacing, body.periodic)),
             }
             both = "stiffness_ratio" in task.quantities
             if both or "tangential_stiffness" in task.quantities:

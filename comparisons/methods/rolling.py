@@ -16,7 +16,7 @@ from comparisons.facts.quantities.rows import HALF_AXES
 from comparisons.geometry.prepare import Geometry, IndenterGeometry
 from comparisons.methods.friction import FrictionalGrid, normal_load
 from comparisons.methods.normal.closed_form import form_of
-from comparisons.methods.normal.grid import Grid, cells, half_axes, make_grid
+from comparisons.methods.normal.grid import Grid, cells, counted_quantities, half_axes, make_grid
 from comparisons.methods.normal.reduced import ProfileSolver, line_picture
 from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.scene.indenters.indenter import Indenter
@@ -174,14 +174,8 @@ class GridRolling(FrictionalGrid):
             for step in roll(press, load, creeps, tolerance=self.tolerance):
                 forces = step.tangential_force, step.lateral_force
                 rolled = quantities(step.creep[:2], forces, self.friction, step.force)
-                mask = step.pressure > 0
-                contact = {
-                    "stick_area": float(areas.corrected_area(step.sticking, grid.spacing)),
-                    "penetration": step.penetration,
-                    "force": step.force,
-                    "contact_area": float(areas.corrected_area(mask, grid.spacing)),
-                    "contact_area_raw": float(areas.raw_area(mask, grid.spacing)),
-                }
+                contact = counted_quantities(step, grid.spacing)
+                contact["stick_area"] = float(areas.corrected_area(step.sticking, grid.spacing))
                 if not self.coupled:
                     contact |= half_axes(task, *grid.centres, step.pressure)
                 yield Step(

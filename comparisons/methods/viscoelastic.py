@@ -19,7 +19,7 @@ from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeomet
 from comparisons.methods.friction import normal_load
 from comparisons.methods.normal.bem_fft import BemFft, HalfSpaceGrid
 from comparisons.methods.normal.closed_form import FormSolver
-from comparisons.methods.normal.grid import Grid, make_grid
+from comparisons.methods.normal.grid import Grid, counted_quantities, make_grid
 from comparisons.methods.normal.reduced import ProfileSolver, line_picture
 from comparisons.methods.normal.reduced_lines import LineSolver
 from comparisons.methods.solver import G, Refused, Solver, needed
@@ -40,7 +40,6 @@ from reference import closed_form as closed_forms
 from reference import loads as reference_loads
 from reference import viscoelastic as reference
 from reference.contact.body import ElasticBody
-from reference.halfspace import areas
 from reference.viscoelastic.materials import GeneralisedMaxwell
 from reference.viscoelastic.rubber import (
     LIMIT,
@@ -274,16 +273,9 @@ class GridMemory(InTime[Geometry], BemFft):
 
 
 def _quantities(instant: reference.Instant, grid: Grid, *, periodic: bool) -> dict[str, float]:
-    mask = instant.pressure > 0
-    area = float(areas.corrected_area(mask, grid.spacing, periodic=periodic))
-    return {
-        "penetration": instant.penetration,
-        "force": instant.force,
-        "contact_area_raw": float(areas.raw_area(mask, grid.spacing)),
-        "contact_area": area,
-        # linear in time like the others, where it is drawn through two instants
-        "equivalent_radius": float(np.sqrt(area / np.pi)),
-    }
+    values = counted_quantities(instant, grid.spacing, periodic=periodic)
+    # linear in time like the others, where it is drawn through two instants
+    return values | {"equivalent_radius": float(np.sqrt(values["contact_area"] / np.pi))}
 
 
 SLIDING = frozenset({"viscoelastic", "sliding"})
@@ -480,18 +472,14 @@ class GridSliding(HalfSpaceGrid):
 
 
 def _step(state: SlidingContact, speed: float) -> Step:
-    spacing = state.operator.spacing
-    area = float(areas.corrected_area(state.mask, spacing, periodic=state.operator.periodic))
-    quantities = {
+    surface = state.operator
+    sliding = {
         "friction_coefficient": state.friction_coefficient,
         "tangential_force": state.tangential_force,
-        "force": state.force,
-        "penetration": state.penetration,
-        "contact_area": area,
-        "contact_area_raw": float(areas.raw_area(state.mask, spacing)),
+        "speed": speed,
     }
     return Step(
-        quantities | {"speed": speed},
+        counted_quantities(state, surface.spacing, periodic=surface.periodic) | sliding,
         iterations=state.rounds,
         violation=state.violation,
         unknowns=int(state.mask.sum()),

@@ -281,25 +281,14 @@ class GridStudy:
         return cls(np.array(values), fine + second / (ratio - 1), bar)
 
 
-@dataclass(frozen=True)
-class SlidingParaboloid:
-    """A paraboloid sliding steadily."""
-
-    # the prescribed quantity is constant
-    penetration: GridStudy
-    force: GridStudy
-    friction_coefficient: GridStudy
-    contacts: list[SlidingContact]  # contacts on the three grids
-
-
 def paraboloid(
     radius: float,
     material: GeneralisedMaxwell,
     speed: float,
     load: Load,
     cells: int = 96,
-) -> SlidingParaboloid:
-    """Return the sliding of a rigid paraboloid f = r^2/(2R) on a viscoelastic half-space, nu = 1/2.
+) -> tuple[GridStudy, GridStudy]:
+    """Return force and friction coefficient of a rigid paraboloid f = r^2/(2R), nu = 1/2.
 
     The grid is a square around |x|, |y| <= sqrt(2 R d), which contains the contact. If the
     relaxation length v tau is below a cell, friction is of the order of the grid's error; the exact
@@ -323,11 +312,10 @@ def paraboloid(
         slide_shape(gap, reach(depth), material, speed, count, load)
         for count in (cells // 4, cells // 2, cells)
     ]
-    depth_study, force_study, friction_study = (
-        GridStudy.of([getattr(contact, name) for contact in contacts])
-        for name in ("penetration", "force", "friction_coefficient")
+    return (
+        GridStudy.of([contact.force for contact in contacts]),
+        GridStudy.of([contact.friction_coefficient for contact in contacts]),
     )
-    return SlidingParaboloid(depth_study, force_study, friction_study, contacts)
 
 
 def slide_shape(

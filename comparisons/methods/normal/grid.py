@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from functools import partial
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
@@ -271,6 +271,19 @@ def contact_step(task: Task, operator: ElasticBody, contact: Contact, grid: Grid
         pressure=pressure_of(task, contact, grid),
         fields=partial(contact_fields, task, contact, grid),
     )
+
+
+def counted_quantities(
+    state: Any, spacing: tuple[float, float], *, periodic: bool = False
+) -> dict[str, float]:
+    """Return depth, force and the counted areas of a contact's `pressure` on cells."""
+    mask = state.pressure > 0
+    return {
+        "penetration": state.penetration,
+        "force": state.force,
+        "contact_area": float(area_measures.corrected_area(mask, spacing, periodic)),
+        "contact_area_raw": float(area_measures.raw_area(mask, spacing)),
+    }
 
 
 def contact_quantities(

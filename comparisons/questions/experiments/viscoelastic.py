@@ -216,7 +216,7 @@ def sliding_paraboloid(effort: str, *, way: Positive = 1.0, glassy: float = 0.0)
         body = GeneralisedMaxwell.standard(0.25, 0.25 * (glassy - 1), 1 / glassy)
     else:
         springs, body = kelvin_voigt(0.25, 0.25), GeneralisedMaxwell.kelvin_voigt(0.25, 0.25)
-    truth = paraboloid(
+    force, friction = paraboloid(
         _RADIUS,
         body,
         speed,
@@ -228,11 +228,10 @@ def sliding_paraboloid(effort: str, *, way: Positive = 1.0, glassy: float = 0.0)
         RoughLines(-(x**2) / _RADIUS, x[1] - x[0], periodic=False),
         springs,
         speed,
-        LoadPath("force", truth.force.estimate),
+        LoadPath("force", force.estimate),
     )
-    friction = truth.friction_coefficient
     stated = float(sliding.friction_coefficient.item())
-    bar = friction.uncertainty / friction.estimate + truth.force.uncertainty / truth.force.estimate
+    bar = friction.uncertainty / friction.estimate + force.uncertainty / force.estimate
     details = {
         "depth on springs over that on the half-space": sliding.penetration.item() / _DEPTH,
     }
