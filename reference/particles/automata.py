@@ -33,7 +33,7 @@ density; times are in r0 sqrt(rho/E). An automaton has the mass V and, as a ball
 moment of inertia V/10.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -239,41 +239,27 @@ def components(stresses: Array) -> Array:
     return np.stack([symmetric[:, a, b] for a, b in ENTRIES], axis=1)
 
 
-@dataclass(eq=False)
-class Leapfrog:
-    """Automata in motion, none of them held.
+def leapfrog(automata: Automata, moved: Array, velocities: Array, step: float) -> Iterator[float]:
+    """March automata, none of them held; yield the conserved energy of each step.
 
-    Displacements and rotations (n, 6), and their rates half a step before; the time step is stable
-    below 2 over the highest frequency. Leapfrog steps of a linear system conserve 1/2 v+ M v- +
-    1/2 x K x with the velocities half a step before and after, up to round-off and at any stable
-    step (E. Hairer et al., Acta Numerica 12 (2003) 399): a change in it is an error of the forces.
+    Displacements and rotations (n, 6), and their rates half a step before, are overwritten; the
+    time step is stable below 2 over the highest frequency. Leapfrog steps of a linear system
+    conserve 1/2 v+ M v- + 1/2 x K x with the velocities half a step before and after, up to
+    round-off and at any stable step (E. Hairer et al., Acta Numerica 12 (2003) 399): a change in it
+    is an error of the forces.
     """
-
-    automata: Automata
-    moved: Array
-    velocities: Array
-    step: float
-
-    def __post_init__(self) -> None:
-        faults = positive_faults(step=self.step)
-        packing = self.automata.packing
-        if packing.free < len(packing.places):
-            faults.append("automata must all be free: those of a half-space's shell are held")
-        refuse(faults)
-        self._traces = np.zeros(len(self.moved))
-        self._pulls = np.empty_like(self.moved)
-
-    def run(self, steps: int) -> Array:
-        """Make steps; return the conserved energy of each."""
-        energies = np.empty(steps)
-        for number in range(steps):
-            pull = self.automata.forces(self.moved, self._traces, self._pulls)
-            stored = -0.5 * np.vdot(self.moved, pull)
-            after = self.velocities + self.step * pull / MASSES
-            energies[number] = 0.5 * np.vdot(self.velocities, MASSES * after) + stored
-            self.velocities = after
-            self.moved += self.step * after
-        return energies
+    faults = positive_faults(step=step)
+    if automata.packing.free < len(automata.packing.places):
+        faults.append("automata must all be free: those of a half-space's shell are held")
+    refuse(faults)
+    traces, pulls = np.zeros(len(moved)), np.empty_like(moved)
+    while True:
+        pull = automata.forces(moved, traces, pulls)
+        stored = -0.5 * np.vdot(moved, pull)
+        after = velocities + step * pull / MASSES
+        yield 0.5 * np.vdot(velocities, MASSES * after) + stored
+        velocities[:] = after
+        moved += step * after
 
 
 def wave_speeds(poisson_ratio: float, wave: ArrayLike) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import islice
 from typing import Annotated
 
 import numpy as np
@@ -24,7 +25,7 @@ from reference.particles import (
     ParticleHalfSpace,
     periodic_packing,
 )
-from reference.particles.automata import Leapfrog, wave_speeds
+from reference.particles.automata import leapfrog, wave_speeds
 from reference.particles.bonds import Asperities
 from reference.particles.yielding import PlasticHalfSpace
 from reference.plastic import PlasticMaterial, yield_pressure
@@ -57,14 +58,14 @@ def particle_waves(
     mode = np.zeros((packing.free, 6))
     mode[:, 0] = np.cos(wave * packing.places[:, 0])
     step = spacings / STEPS / float(wave_speeds(poisson_ratio, [wave, 0.0, 0.0])[2])
-    motion = Leapfrog(Automata(packing, poisson_ratio), mode.copy(), np.zeros_like(mode), step)
-    energies = motion.run(PERIODS[effort] * STEPS - 1)
-    amplitudes = []
-    for _ in range(3):
-        amplitudes.append(np.vdot(motion.moved, mode))
-        energies = np.append(energies, motion.run(1))
+    moved, automata = mode.copy(), Automata(packing, poisson_ratio)
+    motion = leapfrog(automata, moved, np.zeros_like(mode), step)
+    energies, amplitudes = [], []
+    for energy in islice(motion, PERIODS[effort] * STEPS + 2):
+        energies.append(energy)
+        amplitudes.append(np.vdot(moved, mode))
     # leapfrog: the sum of the neighbours in time is 2 - (omega dt)^2 times the middle one
-    before, middle, after = amplitudes
+    before, middle, after = amplitudes[-3:]
     frequency = np.sqrt(2 - (before + after) / middle) / step
     details: Details = {
         "longitudinal, largest": float(np.abs(errors[:, 2]).max()),
