@@ -182,9 +182,8 @@ class Event:
     """A jump of the contact, at or between loads of the path: "snap_in", "pull_off" or "jump".
 
     `step` is the index of the load towards which it happened. `dissipated` is the free energy lost:
-    U - pi w a^2 at given penetration, U - pi w a^2 - F d at given force. Under force control no
-    equilibrium follows a pull-off: the state after it is that of separation, at the pull-off depth
-    of penetration control, and the energy released until there is counted.
+    U - pi w a^2 at given penetration, U - pi w a^2 - F d at given force. After a pull-off under
+    force control the state is that of separation, at the pull-off depth of penetration control.
     """
 
     kind: str
@@ -198,9 +197,8 @@ class Event:
 class Adhesion:
     """An adhesive contact along a path; arrays have shape (k,).
 
-    F < 0 pulls. The free energy is U - pi w a^2, U the elastic energy; `dissipated` is lost in all
-    jumps so far. Force and penetration are NaN where no equilibrium with the load exists: under a
-    prescribed pull out of contact.
+    F < 0 pulls; `dissipated` is lost in all jumps so far. Force and penetration are NaN under a
+    prescribed pull out of contact, where no equilibrium exists.
     """
 
     penetration: np.ndarray

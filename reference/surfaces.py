@@ -28,10 +28,8 @@ class SelfAffine:
     # exactly one: h' = sqrt(<|grad h|^2>) = sqrt(sum |q|^2 B^2), or sqrt(<h^2>) = sqrt(sum B^2)
     rms_slope: float | None = None
     rms_height: float | None = None
-    # roll-off wavelength: C2D is constant for longer waves. Default: no plateau.
-    long_cutoff: float | None = None
-    # shortest wavelength, circular in q. Default two cells (the larger one).
-    short_cutoff: float | None = None
+    long_cutoff: float | None = None  # roll-off wavelength. Default: no plateau.
+    short_cutoff: float | None = None  # circular in q. Default two cells (the larger one).
 
     def __post_init__(self) -> None:
         faults = []
@@ -219,7 +217,7 @@ def highest(height: ArrayLike) -> float:
     """Highest value of the band-limited function through a periodic map.
 
     The map's own maximum is lower, by a tenth of the rms height where the shortest wave has two
-    points (H = 0.5). Newton's iterations start from the highest points of a grid twice as fine.
+    points (H = 0.5).
 
     >>> x = (np.arange(8) + 0.3) / 8
     >>> h = np.cos(2 * np.pi * x)[:, None] + np.cos(2 * np.pi * x)
@@ -362,9 +360,8 @@ def hessian(height: ArrayLike, spacing: Pair) -> tuple[Array, ...]:
 def summits(height: ArrayLike, spacing: Pair) -> Summits:
     """Return the local maxima of a periodic map, higher than their eight neighbours.
 
-    Curvatures are the eigenvalues of minus the Hessian at the grid point, which differ from those
-    at the summit by O(dx^2): refine the map until they converge. Points that are not summits of the
-    band-limited surface (smaller curvature not positive) are omitted.
+    Curvatures are the eigenvalues of minus the Hessian at the grid point, those of the summit to
+    O(dx^2). Points that are no summits of the band-limited surface are omitted.
 
     >>> x = 2 * np.pi * np.arange(32) / 32
     >>> h = np.cos(x)[:, None] + np.cos(x)[None, :]

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
-from typing import TypeVar
 
 import numpy as np
 
-from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
+from comparisons.geometry.prepare import IndenterGeometry, RoughGeometry
 from comparisons.methods.normal.grid import Grid, contact_fields, make_grid, pressure_of
-from comparisons.methods.solver import Refused, Solver, needed
+from comparisons.methods.solver import G, Refused, Solver, needed
 from comparisons.scene.scene import Scene
 from comparisons.tasks.steps import NoAnswerError, Row, Step
 from comparisons.tasks.task import Task
@@ -87,8 +86,6 @@ def contact_step(
         body_fields=inside,
     )
 
-
-G = TypeVar("G", bound=Geometry)
 
 # The mean stress grows as 1/(1 - 2 nu), and the steps to equilibrium as its root. Hertz at four
 # automata per radius: 0.4 % at nu = 0.3, 1.0 at 0.45, 1.5 at 0.49, where steps are three times as

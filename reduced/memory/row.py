@@ -285,8 +285,8 @@ def _place_edge(law, step, heights, old, new, events, left, cell):
 
     `events` are the last events of the springs, `left` their forces at loss of contact. While the
     cell closes, the gap is linear in height from the edge to the free spring; while it opens, the
-    force decreases to zero with the slope at the last advance of the edge. Both are exact for the
-    first loading of elastic springs, and otherwise have an error of the square of the spacing.
+    force decreases to zero with the slope at the last advance of the edge: exact for the first
+    loading of elastic springs, otherwise to the square of the spacing.
     """
     pressed = cell if new.touching[cell] else cell + 1
     free = 2 * cell + 1 - pressed

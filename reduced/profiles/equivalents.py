@@ -226,8 +226,7 @@ def half_radius(section: Section) -> Profile:
 
     g(x) = 2 f(x), since halving the radius of curvature doubles f''. Exact for the paraboloid and
     the cylinder only ((19.17) and the sentence after it); for the power law n the exact factor is
-    kappa_n, so the cone's d at equal a is 4/pi times too large. A separate function, so that the
-    rule can be tested as printed.
+    kappa_n, so the cone's d at equal a is 4/pi times too large.
 
     >>> chapter = half_radius(cone(0.5).section)
     >>> float(chapter.height(np.array(3.0)))

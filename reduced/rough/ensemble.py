@@ -42,7 +42,7 @@ class Ensemble:
 
 
 def stream(seed: int, line: int) -> np.random.Generator:
-    """Return the random stream of line k, a child of the seed independent of the order of calls."""
+    """Return the random stream of line k: ``SeedSequence(seed, spawn_key=(1, k))``."""
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(1, line)))
 
 
@@ -50,8 +50,7 @@ def stream(seed: int, line: int) -> np.random.Generator:
 class RandomLines:
     """Numbered realisations of a rough line, the same in every ensemble and any order.
 
-    Line k draws from ``SeedSequence(seed, spawn_key=(1, k))``; `length` is the period, by default
-    that of the spectrum.
+    `length` is the period, by default that of the spectrum.
     """
 
     spectrum: LineSpectrum
@@ -80,10 +79,7 @@ def press_ensemble(
     edges: str = "sub_cell",
     quantities: Sequence[str] = QUANTITIES,
 ) -> Ensemble:
-    """Solve many realisations of a rough line; keep the named fields of `LineContact`.
-
-    Lines are processed in blocks of at most 64 MiB; only the requested curves grow with the number
-    of realisations.
+    """Solve many realisations of a rough line, 64 MiB at once; keep the named fields.
 
     >>> from reduced.rough.line_spectrum import prescribed
     >>> from reduced.rough.surface_spectrum import SelfAffineLaw

@@ -118,20 +118,13 @@ def _settle(d, range_of_heights, turned):
         d[j] = max(d[j], d[j - 1])
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath={"nnan", "nsz"})  # vectors on every processor
 def _extremes(points):
-    """Return minimum and maximum; four of each become vectors on every processor."""
-    low_0 = low_1 = low_2 = low_3 = points[0]
-    high_0 = high_1 = high_2 = high_3 = points[0]
-    for i in range(0, points.size - 3, 4):
-        w, x, y, z = points[i], points[i + 1], points[i + 2], points[i + 3]
-        low_0, high_0 = (w if w < low_0 else low_0), (w if w > high_0 else high_0)
-        low_1, high_1 = (x if x < low_1 else low_1), (x if x > high_1 else high_1)
-        low_2, high_2 = (y if y < low_2 else low_2), (y if y > high_2 else high_2)
-        low_3, high_3 = (z if z < low_3 else low_3), (z if z > high_3 else high_3)
-    for y in points[points.size // 4 * 4 :]:
-        low_0, high_0 = min(low_0, y), max(high_0, y)
-    return min(low_0, low_1, low_2, low_3), max(high_0, high_1, high_2, high_3)
+    """Return minimum and maximum of numbers."""
+    low = high = points[0]
+    for y in points:
+        low, high = min(low, y), max(high, y)
+    return low, high
 
 
 @njit(cache=True)

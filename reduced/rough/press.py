@@ -97,11 +97,8 @@ def press(
 
     With ``edges="sub_cell"`` the line is linear between its points and a contact ends where it
     meets the surface; ``"nodal"`` uses the chapter's sums over whole springs with h_i > z. Forces
-    and mean gaps are inverted to rounding.
-
-    A contact across the seam of a periodic line is one contact. Values beyond the range of floating
-    point (energies at loads above 1e150) are inf. Loads are those of one line; a mean gap above
-    that at first touch leaves a line out of contact. Threads change no digit.
+    and mean gaps, those of one line, are inverted to rounding. A contact across the seam of a
+    periodic line is one contact. Values beyond the range of floating point are inf.
 
     >>> tent = RoughLines([0.0, 1.0, 0.0, 0.0], 1.0)  # slopes of 1 at both sides of one peak
     >>> contact = press(tent, 1.0, Load("penetration", 0.5))

@@ -14,11 +14,9 @@ from reduced.rough.surface_spectrum import SurfaceSpectrum
 
 @dataclass(frozen=True)
 class Variant:
-    """A variant of the procedure.
+    """A variant of the procedure, by rules of `line_of`, `press` and `line_stress`.
 
-    `spectrum` is a rule of `line_spectrum.line_of`, `edges` a discrete law of `rough.press.press`,
-    `stress` a rule of `regions.line_stress`; `refinement` is the number of points of the line per
-    point of the map's longer side.
+    `refinement` is the number of points of the line per point of the map's longer side.
     """
 
     name: str
@@ -68,8 +66,7 @@ def calculate(
     The spectrum of the map becomes that of a line of the map's longer side (19.26), lines are
     synthesised from it (19.24) and pressed on springs of stiffness E* dx (19.14) with the forces
     that the map carries; area (19.29), contact length, stress (19.37) and their distributions
-    follow. Step 6, sliding, is not part of this. The result depends on L/lambda_l and
-    lambda_l/lambda_s: a line of another length with the same nominal pressure gives another area.
+    follow. A line of another length with the same nominal pressure gives another area.
 
     >>> from reduced.rough.surface_spectrum import measured
     >>> h = np.random.default_rng(0).normal(size=(16, 16))

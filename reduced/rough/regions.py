@@ -89,9 +89,9 @@ def line_stress(
     """Return the stress on a rough line by (19.37), sigma = E* sqrt(2 delta/R1)/pi.
 
     By the rule ``"own_curvature"`` R1 = -1/h'' at the point, by second differences: without a real
-    value where the line is straight or concave, which on rough lines is a large part of the
-    contact, and at the ends of a free line. By ``"one_radius"`` it is one radius per region, that
-    of the parabola of the same length and depth, R1 = l^2/(8 delta_max), which is always defined.
+    value where the line is straight or concave, a large part of the contact on rough lines, and at
+    the ends of a free line. By ``"one_radius"`` it is that of the parabola of the same length and
+    depth as the region, R1 = l^2/(8 delta_max), which is always defined.
     """
     refuse(
         choice_faults("rule", rule, RULES) + positive_faults(effective_modulus=effective_modulus)

@@ -53,17 +53,12 @@ class SlidingHistory:
 
     distance: np.ndarray
     level: np.ndarray  # Z0 during the step, relative to the zero of the heights
-    # force, tangential_force: means over the step; F_x is the work over the distance
-    force: np.ndarray
-    tangential_force: np.ndarray
-    # contact_count, contact_length: springs in contact at the end of the step; mean over the
-    # step of dx times their number
-    contact_count: np.ndarray
-    contact_length: np.ndarray
-    # dissipation, stored: energy dissipated in the step by sliding (without shifts of the
-    # level), and the elastic energy at its end
-    dissipation: np.ndarray
-    stored: np.ndarray
+    force: np.ndarray  # mean over the step
+    tangential_force: np.ndarray  # work over the distance
+    contact_count: np.ndarray  # springs in contact at the end of the step
+    contact_length: np.ndarray  # mean over the step of dx times their number
+    dissipation: np.ndarray  # in the step by sliding, without shifts of the level
+    stored: np.ndarray  # elastic energy at the end of the step
     period: float
     spacing: float
 
@@ -327,17 +322,14 @@ def _meeting(w, low, high, rate, way, memory, decay):
 class PrintedSliding:
     """Results of the printed scheme up to its end; arrays have shape (steps done,)."""
 
-    # "completed", "no contact", "diverged". "no contact": N = 0, the divisor in step 12.
-    # "diverged": a spring or the level is 2^20 times the line's range away
+    # of OUTCOMES; "no contact": N = 0, the divisor in step 12; "diverged": a spring or the level is
+    # 2^20 times the line's range away
     outcome: str
     tangential_force: np.ndarray  # F_x of step 13, forces times the central difference
-    # the same forces times dz/dx of their springs: their work over the distance
-    conjugate_force: np.ndarray
-    # level, contact_count: Z0 and N
-    level: np.ndarray
-    contact_count: np.ndarray
-    # springs in tension after the shift of the level, as the contact set is that of the old one
-    tensile_count: np.ndarray
+    conjugate_force: np.ndarray  # the same times dz/dx of their springs: work over the distance
+    level: np.ndarray  # Z0
+    contact_count: np.ndarray  # N
+    tensile_count: np.ndarray  # springs in tension after the shift of the level
     force: float  # F_N, met by construction
 
     def friction_coefficient(self) -> float:
@@ -359,8 +351,6 @@ def slide_as_printed(
     level: float | None = None,
 ) -> PrintedSliding:
     """Solve the sliding of one periodic line under Kelvin-Voigt springs as printed in Problem 1.
-
-    With its flaws, which the module lists: nothing is corrected here.
 
     Step 10: Z0 = 3 times the rms height above the mean by default (many lines have no point there);
     z_i = h_i where h_i >= Z0 and (not stated in the print) z_i = Z0 elsewhere. Step 11: dt = dx/v.

@@ -21,7 +21,7 @@ from scipy.optimize import brentq
 from reduced.errors import ConvergenceError, refuse
 from reduced.loads import LoadPath
 from reduced.memory.materials import Prony
-from reduced.memory.row import catch, law_of, let_go, recover
+from reduced.memory.row import SpringLaw, catch, law_of, let_go, recover
 from reduced.rough.press import RoughLines
 
 CONTROLS = ("force", "penetration")
@@ -91,15 +91,10 @@ def slide(lines: RoughLines, material: Prony, speed: ArrayLike, load: LoadPath) 
     refuse(wrong)
     loads = np.broadcast_to(load.values, speeds.shape)
     forced = load.one_of(*CONTROLS) == "force"
-    rows = [
-        [
-            _RubberLine(lines, row, material, v).steady(value, forced)
-            for v, value in zip(speeds, loads, strict=True)
-        ]
-        for row in range(len(lines))
-    ]
-    depth = np.array([[solution[0] for solution in row] for row in rows])
-    sums = np.moveaxis(np.array([[solution[1] for solution in row] for row in rows]), -1, 0)
+    depth, sums = np.empty((len(lines), speeds.size)), np.empty((6, len(lines), speeds.size))
+    for row, k in np.ndindex(depth.shape):
+        law = law_of(material, float(speeds[k]))
+        depth[row, k], sums[:, row, k] = _steady(lines[row], law, float(loads[k]), forced)
     tangential, normal, loss = _SPRING * sums[WORK], _SPRING * sums[FORCE], _SPRING * sums[LOSS]
     return SteadySliding(
         friction_coefficient=tangential / normal,
@@ -114,34 +109,31 @@ def slide(lines: RoughLines, material: Prony, speed: ArrayLike, load: LoadPath) 
     )
 
 
-class _RubberLine:
-    """One line, from its highest point on, under a material at one speed."""
+def _steady(
+    line: RoughLines, law: SpringLaw, load: float, forced: bool
+) -> tuple[float, np.ndarray]:
+    """Return the depth of the highest point of a line, and the integrals over it, at one load."""
+    heights, moduli = line.single(), law.moduli
+    peak = int(np.argmax(heights))
+    path = heights - heights[peak]
+    if line.periodic:
+        path = np.concatenate([path[peak:], path[: peak + 1]])
 
-    def __init__(self, lines: RoughLines, row: int, material: Prony, speed: float) -> None:
-        line = lines.heights[row]
-        peak = int(np.argmax(line))
-        path = line - line[peak]
-        if lines.periodic:
-            path = np.concatenate([path[peak:], path[: peak + 1]])
-        self.path, self.step, self.periodic = path, lines.spacing, lines.periodic
-        self.law = law_of(material, speed)
-
-    def passed(self, depth: float, arms: np.ndarray) -> tuple[np.ndarray, bool]:
+    def passed(depth: float, arms: np.ndarray) -> tuple[np.ndarray, bool]:
         """Return integrals over the line at a depth of its highest point; advance the arms."""
-        modes = np.zeros(self.law.retardations.size)
-        return _pass(self.path, -depth, self.step, self.periodic, self.law, arms, modes)
+        modes = np.zeros(law.retardations.size)
+        return _pass(path, -depth, line.spacing, line.periodic, law, arms, modes)
 
-    def settled(self, depth: float) -> np.ndarray:
+    def settled(depth: float) -> np.ndarray:
         """Return integrals over one period of the steady state, or over a free line.
 
         The highest point is always in contact, so the state is that of the arms there. The map of a
         period is piecewise linear, so Newton's method reaches the fixed point.
         """
-        moduli = self.law.moduli
         begin = np.zeros(moduli.size)
-        if not self.periodic:
-            inside = self.path[0] + depth <= 0
-            sums, touching = self.passed(depth, begin) if inside else (begin, True)
+        if not line.periodic:
+            inside = path[0] + depth <= 0
+            sums, touching = passed(depth, begin) if inside else (begin, True)
             if touching:
                 raise ConvergenceError(
                     f"at depth {depth!r} the contact reaches the end of the line"
@@ -150,7 +142,7 @@ class _RubberLine:
         history = []
         for _ in range(_PERIODS):
             end = begin.copy()
-            sums, _ = self.passed(depth, end)
+            sums, _ = passed(depth, end)
             change = end - begin
             history.append(float(np.max(np.abs(change / moduli), initial=0.0)) / depth)
             if history[-1] <= _TINY:
@@ -160,40 +152,36 @@ class _RubberLine:
             for k, probe in enumerate(depth * 2.0**-20 * moduli):
                 moved = begin.copy()
                 moved[k] += probe
-                self.passed(depth, moved)
+                passed(depth, moved)
                 tangent[:, k] = (moved - end) / probe
             begin += np.linalg.solve(np.eye(moduli.size) - tangent, change)
         raise ConvergenceError("the steady state of the line was not reached", history)
 
-    def steady(self, load: float, forced: bool) -> tuple[float, np.ndarray]:
-        """Return depth of the highest point and integrals at one load."""
-        if not forced:
-            return load, self.settled(load)
-        goal, path = load / _SPRING, self.path
-        deflection = goal / (self.law.long_term * self.step)  # of a single spring
+    if not forced:
+        return load, settled(load)
+    goal = load / _SPRING
+    deflection = goal / (law.long_term * line.spacing)  # of a single spring
 
-        def excess(depth: float) -> float:
-            return self.settled(depth)[FORCE] / goal - 1 if depth > 0 else -1.0
+    def excess(depth: float) -> float:
+        return settled(depth)[FORCE] / goal - 1 if depth > 0 else -1.0
 
-        if self.periodic:
-            # mean deflection F/(4 G_inf L), and w >= h - Z0 everywhere
-            deepest = deflection / (path.size - 1) - path[:-1].mean()
-            deepest *= 1 + 2.0**-40  # at full contact this is the root up to rounding
-        else:
-            # a free line: doubled from a single spring until it exceeds the force
-            end = -float(path[[0, -1]].max())
-            deepest = min(deflection, end / 1024)
-            while deepest < end and excess(deepest) < 0:
-                deepest *= 2
-            if deepest >= end:
-                deepest = end
-                if excess(end) < 0:
-                    raise ConvergenceError(
-                        f"at depth {end!r} the contact reaches the end of the line"
-                    )
-        precision = 4 * np.finfo(float).eps
-        depth = brentq(excess, 0.0, deepest, xtol=2.0**-52 * deepest, rtol=precision, maxiter=200)
-        return float(depth), self.settled(depth)
+    if line.periodic:
+        # mean deflection F/(4 G_inf L), and w >= h - Z0 everywhere
+        deepest = deflection / (path.size - 1) - path[:-1].mean()
+        deepest *= 1 + 2.0**-40  # at full contact this is the root up to rounding
+    else:
+        # a free line: doubled from a single spring until it exceeds the force
+        end = -float(path[[0, -1]].max())
+        deepest = min(deflection, end / 1024)
+        while deepest < end and excess(deepest) < 0:
+            deepest *= 2
+        if deepest >= end:
+            deepest = end
+            if excess(end) < 0:
+                raise ConvergenceError(f"at depth {end!r} the contact reaches the end of the line")
+    precision = 4 * np.finfo(float).eps
+    depth = brentq(excess, 0.0, deepest, xtol=2.0**-52 * deepest, rtol=precision, maxiter=200)
+    return float(depth), settled(depth)
 
 
 def kelvin_voigt_faults(material: Prony) -> list[str]:

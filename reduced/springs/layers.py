@@ -34,10 +34,9 @@ from reduced.profiles.transform import weighted
 
 @dataclass(frozen=True)
 class Coatings:
-    """Layers from the surface down, on a half-space.
+    """Layers from the surface down, on a half-space: E* of each and of the base (inf: rigid).
 
-    E* of the layers and of the base below (inf: rigid); Poisson's ratio is that of the uppermost
-    layer.
+    Poisson's ratio is that of the uppermost layer.
 
     >>> coated = Coatings([1.0], [4.0], 1.0, 0.3)
     >>> np.round(coated.modulus(np.array([1e-6, 1e6])), 4)

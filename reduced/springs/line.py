@@ -80,8 +80,7 @@ def row_faults(
 class NodalLine:
     """Springs at (i + offset) dx without interpolation, for the chapter's sums.
 
-    A spring is in contact if g(x_i) < d, not if it is only touched. Springs reach a few beyond
-    `largest`, the contact radius at the largest load.
+    Springs reach a few beyond `largest`, the contact radius at the largest load.
     """
 
     def __init__(self, profile: Profile, spacing: float, offset: float, largest: float) -> None:
@@ -114,10 +113,7 @@ class NodalLine:
 
 
 class SmoothLine:
-    """Springs joined by the monotone cubic through heights and slopes, with edges inside cells.
-
-    The springs of the two halves of the line are at different positions.
-    """
+    """Springs joined by the monotone cubic through heights and slopes, with edges inside cells."""
 
     def __init__(self, profile: Profile, spacing: float, offset: float, largest: float) -> None:
         self.spacing = spacing

@@ -251,10 +251,9 @@ class WaveImpact:
     """Impact with radiation relative to Hertz's impact without (Johnson 1985, 11.4).
 
     `radiation` is e = beta F_max v/delta_max^2, with values of Hertz's impact: the only parameter.
-    `energy_lost` is the radiated fraction of the kinetic energy, `restitution` the ratio of the
-    speeds; duration and largest force are over those of Hertz's impact. `slowness`, the largest
-    contact radius over the path of a shear wave in the time delta_max/v, is the relative order of
-    the neglected terms.
+    `energy_lost` is the radiated fraction of the kinetic energy; duration and largest force are
+    over those of Hertz's impact. `slowness`, the largest contact radius over the path of a shear
+    wave in the time delta_max/v, is the relative order of the neglected terms.
     """
 
     radiation: float

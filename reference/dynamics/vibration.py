@@ -216,8 +216,7 @@ class Forced:
     """Steady motion under a harmonic force, over its last period.
 
     Half the difference, and the mean, of the largest and the smallest x; fraction of the period out
-    of contact; `change` of the amplitude from the period before, relative, a measure of steadiness;
-    position and velocity at the end.
+    of contact; relative `change` of the amplitude from the period before; the state at the end.
     """
 
     amplitude: float
@@ -243,8 +242,7 @@ def forced_vibration(
     """Return the steady vibration by integration: Runge-Kutta 8(5,3), stopped at every touch.
 
     m, c, F0, P and W; `start` is x and x' at t = 0 (phase 0 of the force), by default at rest under
-    the load: from the state of a neighbouring frequency the motion follows a branch. The last of
-    the periods of the force is measured, and compared with the one before.
+    the load: from the state of a neighbouring frequency the motion follows a branch.
     """
     faults = positive_faults(mass=mass, load=load, frequency=frequency)
     refuse(faults + finite_faults(damping=damping, amplitude=amplitude))

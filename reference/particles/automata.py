@@ -122,8 +122,7 @@ def half_space_packing(half_widths: tuple[float, float, float]) -> Packing:
     """Return half an ellipsoid below the surface, in a shell of automata that are held.
 
     Semi-axes in units of r0, at least two. The shell consists of all automata outside that have a
-    neighbour inside. An automaton lies at the centre of the surface, so that a shape which has its
-    first touch there touches it exactly.
+    neighbour inside. An automaton lies at the centre of the surface.
     """
     axes = np.asarray(half_widths, dtype=float)
     if axes.shape != (3,) or not (np.isfinite(axes).all() and (axes >= 2).all()):
@@ -193,8 +192,7 @@ class Automata:
     def strains(self, moved: Array, traces: Array) -> None:
         """Write the relative changes of volume (n,) of the automata that may move.
 
-        From displacements and rotations (n, 6) of all. The changes of volume of those that are held
-        are given, because their neighbours outside are not there.
+        From displacements and rotations (n, 6) of all; those of held automata are given.
         """
         near, surface = self.packing.neighbours, self.packing.surface
         pieces.over(

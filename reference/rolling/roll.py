@@ -87,14 +87,12 @@ class RollingStep:
     creep: Creep
     penetration: float
     force: float
-    # on the half-space, along x and y, and about z at the middle of the grid
-    tangential_force: float
+    tangential_force: float  # on the half-space, along x
     lateral_force: float
-    moment: float
+    moment: float  # about z at the middle of the grid
     pressure: Array = field(repr=False)  # (nx, ny)
-    # (2, nx, ny): on the half-space; slip of loaded cells, per distance rolled
-    traction: Array = field(repr=False)
-    slip: Array = field(repr=False)
+    traction: Array = field(repr=False)  # (2, nx, ny), on the half-space
+    slip: Array = field(repr=False)  # of loaded cells, per distance rolled
     sticking: Mask = field(repr=False)  # (nx, ny)
     loss: float  # energy lost to friction per distance rolled
     # as `halfspace.friction.FrictionStep`; rounds are Newton's

@@ -40,14 +40,12 @@ _ROUNDING = 1e-11  # tolerated overlap and tension, relative to penetration and 
 class SlidingContact:
     """Steady sliding along +x."""
 
-    # d and F = sum of pressure times cell area
     penetration: float
     force: float
     tangential_force: float  # F_x = sum p dg/dx dA, against the motion
     pressure: Array  # (nx, ny): cell values, not negative
     rounds: int  # number of contact sets
-    # largest overlap outside the contact, or clearance in it, relative to the penetration;
-    # evaluated independently by FFT
+    # largest overlap, or clearance in contact, relative to the penetration; by FFT
     violation: float
     operator: Travelling = field(repr=False)
     history: list[int] = field(default_factory=list, repr=False)  # number of wrong cells by round
@@ -262,11 +260,10 @@ class GridStudy:
     """One quantity on three grids with successively halved spacing."""
 
     values: Array  # (3,): values from coarse to fine
-    # extrapolated value with the observed order, limited to [1, 2]; the finest value if the changes
-    # have different signs
+    # extrapolated with the observed order, limited to [1, 2]; the finest if changes differ in sign
     estimate: float
-    # change from the second grid to the third, or half of the previous change if larger: an upper
-    # bound of the remaining error at order 1, the lowest order at contact edges
+    # change from the second grid to the third, or half of the previous one if larger: a bound of
+    # the remaining error at order 1, the lowest order at contact edges
     uncertainty: float
 
     @classmethod
