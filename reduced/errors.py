@@ -50,15 +50,17 @@ def finite_faults(**values: object) -> list[str]:
     ]
 
 
-def increasing_faults(**lists: ArrayLike) -> list[str]:
-    """Return a message for every list that is not finite, positive and strictly increasing."""
-    wrong = []
+def list_faults(*, increasing: bool = False, **lists: ArrayLike) -> list[str]:
+    """Return a message for every list that is not finite, or positive and strictly increasing."""
+    wrong, more = [], ", positive and strictly increasing" if increasing else ""
     for name, values in lists.items():
-        loads = np.array(values, dtype=float, ndmin=1)
-        if loads.ndim != 1 or loads.size == 0:
-            wrong.append(f"{name} must be a non-empty 1-D list, got shape {loads.shape}")
-        elif not (np.isfinite(loads).all() and loads[0] > 0 and np.all(np.diff(loads) > 0)):
-            wrong.append(f"{name} must be finite, positive and strictly increasing, got {values!r}")
+        numbers = np.array(values, dtype=float, ndmin=1)
+        if numbers.ndim != 1 or numbers.size == 0:
+            wrong.append(f"{name} must be a non-empty 1-D list, got shape {numbers.shape}")
+            continue
+        rises = not increasing or (numbers[0] > 0 and np.all(np.diff(numbers) > 0))
+        if not (np.isfinite(numbers).all() and rises):
+            wrong.append(f"{name} must be finite{more}, got {values!r}")
     return wrong
 
 

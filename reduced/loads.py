@@ -1,11 +1,12 @@
 """Prescribed loads of a contact: a path of values, or increasing loads."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from reduced.errors import choice_faults, increasing_faults, refuse
+from reduced.errors import choice_faults, list_faults, refuse
 
 EDGES = ("sub_cell", "nodal")
 """Contacts that end inside a cell, and the chapter's sums over whole springs."""
@@ -19,25 +20,19 @@ class LoadPath:
     array([ 1., -2.])
     """
 
+    increasing: ClassVar[bool] = False
     control: str
     values: np.ndarray
 
     def __init__(self, control: str, values: ArrayLike) -> None:
         object.__setattr__(self, "control", control)
         object.__setattr__(self, "values", np.array(values, dtype=float, ndmin=1))
-        refuse(self._faults(values))
+        refuse(list_faults(increasing=self.increasing, **{control: values}))
 
     def one_of(self, *controls: str) -> str:
         """Return the control, or raise an error if it is not among these."""
         refuse(choice_faults("control", self.control, controls))
         return self.control
-
-    def _faults(self, prescribed: ArrayLike) -> list[str]:
-        shape = self.values.shape
-        if len(shape) != 1 or shape[0] == 0:
-            return [f"{self.control} must be a non-empty 1-D list, got shape {shape}"]
-        good = np.isfinite(self.values).all()
-        return [] if good else [f"{self.control} must be finite, got {prescribed!r}"]
 
 
 class Load(LoadPath):
@@ -49,11 +44,10 @@ class Load(LoadPath):
     Load(control='force', values=array([1., 2.]))
     """
 
+    increasing = True
+
     def single(self) -> float:
         """Return the value of a constant load; raise an error if there are several."""
         if self.values.size != 1:
             raise ValueError(f"{self.control} must be one value, got {self.values}")
         return float(self.values[0])
-
-    def _faults(self, prescribed: ArrayLike) -> list[str]:
-        return increasing_faults(**{self.control: prescribed})

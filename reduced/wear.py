@@ -25,7 +25,7 @@ import numpy as np
 from reduced.errors import (
     ConvergenceError,
     count_faults,
-    increasing_faults,
+    list_faults,
     positive_faults,
     refuse,
 )
@@ -96,7 +96,7 @@ def wear(
     oscillation. ConvergenceError if the pressure is lost, or the distance takes too many steps.
     """
     faults = positive_faults(effective_modulus=effective_modulus, coefficient=coefficient)
-    refuse(faults + increasing_faults(distances=distances))
+    refuse(faults + list_faults(increasing=True, distances=distances))
     control, prescribed = load.one_of(*CONTROLS), load.single()
     modulus = effective_modulus
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from reduced.errors import ConvergenceError, increasing_faults, positive_faults, refuse
+from reduced.errors import ConvergenceError, list_faults, positive_faults, refuse
 from reduced.profiles.quadrature import gauss_legendre
 from reduced.profiles.section import Profile
 from reduced.springs.indent import fall
@@ -106,7 +106,7 @@ def strike(springs: Springs, mass: float, velocity: ArrayLike) -> ElasticImpact:
     >>> round(float(hertz.duration[0] * 1e-3 / hertz.penetration[0]), 4)  # Hertz: 2.9432 d/v
     2.9433
     """
-    refuse(positive_faults(mass=mass) + increasing_faults(velocity=velocity))
+    refuse(positive_faults(mass=mass) + list_faults(increasing=True, velocity=velocity))
     speeds = np.array(velocity, dtype=float, ndmin=1)
     energy = 0.5 * mass * speeds**2
     deepest = impact_depth(

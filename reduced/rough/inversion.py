@@ -60,7 +60,10 @@ def press_lines(
     for index in range(lines):
         row = first + index
         line = heights[row]
-        (lowest, highest), mean = _extremes(line), _mean(line)
+        (lowest, highest), mean = _extremes(line), 0.0
+        for begin in range(0, n, 512):  # summed in blocks to limit rounding
+            mean += _sum(line[begin : begin + 512])
+        mean /= n
         mean_depth = mean - lowest if turned else highest - mean
         if control != PENETRATION:
             for i in range(n):
@@ -140,15 +143,6 @@ def _sum(points):
     for y in points[quads:]:
         sum_0 += y
     return (sum_0 + sum_1) + (sum_2 + sum_3)
-
-
-@njit(cache=True)
-def _mean(line):
-    """Return the mean, summed in blocks to limit rounding."""
-    total = 0.0
-    for begin in range(0, line.size, 512):
-        total += _sum(line[begin : begin + 512])
-    return total / line.size
 
 
 @njit(cache=True, error_model="numpy")

@@ -197,11 +197,6 @@ def _settled(cells: _Cells, start: Mask, load: Load) -> Pivoted:
     area = cells.operator.cell_area * cells.copies
     mean = cells.operator.datum * cells.copies / np.prod(cells.operator.shape)
     force = load.control == "force"
-    rows = cells.operator.shape[0], cells.width
-
-    def foremost(tension: Mask, overlap: Mask) -> Mask:
-        return _foremost(tension.reshape(rows), overlap.reshape(rows)).ravel()
-
     return pivot(
         bordered(cells.coefficients, cells.factorised, cells.displacement, 1 / 4),
         cells.gaps,
@@ -209,7 +204,7 @@ def _settled(cells: _Cells, start: Mask, load: Load) -> Pivoted:
         load.single() / area if force else load.single(),
         per_depth=0.0 if force else 1.0,
         per_pressure=1.0 if force else -mean,
-        changes=foremost,
+        changes=partial(_foremost, cells.width),
         patience=np.inf,  # a front moves on while as many cells are wrong as before
         rounding=_ROUNDING,
         max_rounds=_ROUNDS,
@@ -217,17 +212,17 @@ def _settled(cells: _Cells, start: Mask, load: Load) -> Pivoted:
 
 
 @njit(cache=True)
-def _foremost(tension, overlap):
+def _foremost(width, tension, overlap):
     """Return the foremost wrong cells of every row: consecutive cells of the same kind."""
     change = np.zeros_like(tension)
-    for j in range(tension.shape[1]):
-        i = tension.shape[0] - 1
-        while i >= 0 and not (tension[i, j] or overlap[i, j]):
-            i -= 1
-        kind = tension if i >= 0 and tension[i, j] else overlap
-        while i >= 0 and kind[i, j]:
-            change[i, j] = True
-            i -= 1
+    for column in range(width):
+        i = tension.size - width + column
+        while i >= 0 and not (tension[i] or overlap[i]):
+            i -= width
+        kind = tension if i >= 0 and tension[i] else overlap
+        while i >= 0 and kind[i]:
+            change[i] = True
+            i -= width
     return change
 
 
