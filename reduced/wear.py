@@ -22,13 +22,7 @@ from typing import Literal
 
 import numpy as np
 
-from reduced.errors import (
-    ConvergenceError,
-    count_faults,
-    list_faults,
-    positive_faults,
-    refuse,
-)
+from reduced.errors import ConvergenceError, count_faults, list_faults, positive_faults, refuse
 from reduced.loads import Load
 from reduced.profiles.section import Profile
 from reduced.rough.press import LineContact, RoughLines, press

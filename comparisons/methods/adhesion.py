@@ -27,12 +27,7 @@ from reduced.springs.line import Springs
 from reference.closed_form.adhesive import AdhesiveEquilibria, AdhesiveForm, MaugisForm
 from reference.errors import ConvergenceError
 from reference.halfspace import FreeOperator
-from reference.halfspace.cohesive import (
-    CohesiveContact,
-    CohesiveProblem,
-    dugdale,
-    trace,
-)
+from reference.halfspace.cohesive import CohesiveContact, CohesiveProblem, dugdale, trace
 from reference.halfspace.detachment import peel
 
 # The first set of cells is wider than the largest contact by this share.

@@ -20,13 +20,7 @@ from comparisons.methods.normal.closed_form import FormSolver
 from comparisons.methods.normal.reduced import ProfileSolver
 from comparisons.methods.runner import run
 from comparisons.methods.solver import Refused, Solver, needed
-from comparisons.methods.viscoelastic import (
-    SOURCES,
-    body_of,
-    circular,
-    material_of,
-    springs_of,
-)
+from comparisons.methods.viscoelastic import SOURCES, body_of, circular, material_of, springs_of
 from comparisons.scene.loading import AbsoluteLoads, loads_of
 from comparisons.scene.physics.tables.dynamics import Dynamics
 from comparisons.scene.scene import Scene, validated

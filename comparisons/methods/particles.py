@@ -20,10 +20,7 @@ from reference.particles import Domain, ParticleContact, ParticleHalfSpace
 
 
 def contact_step(
-    task: Task,
-    body: ParticleHalfSpace,
-    contact: ParticleContact,
-    net: tuple[np.ndarray, Grid],
+    task: Task, body: ParticleHalfSpace, contact: ParticleContact, net: tuple[np.ndarray, Grid]
 ) -> Step:
     """Return the step of a solved contact; `net`: the automata that are cells, and their grid."""
     numbers, grid = net

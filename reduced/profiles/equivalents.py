@@ -129,9 +129,7 @@ def power_law(exponent: float, coefficient: float) -> Profile:
     scaled = kappa * (coefficient * unit ** (n - 1))
 
     return Profile(
-        **vars(curve),
-        inverse=lambda d: unit * (d / unit / scaled) ** (1 / n),
-        section=section,
+        **vars(curve), inverse=lambda d: unit * (d / unit / scaled) ** (1 / n), section=section
     )
 
 

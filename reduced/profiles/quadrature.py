@@ -38,9 +38,7 @@ def gauss_legendre(order: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def integrate_panels(
-    function: Callable[[np.ndarray, np.ndarray], np.ndarray],
-    lower: np.ndarray,
-    upper: np.ndarray,
+    function: Callable[[np.ndarray, np.ndarray], np.ndarray], lower: np.ndarray, upper: np.ndarray
 ) -> np.ndarray:
     """Integrate a function over adjacent panels, with possible singularities at panel ends.
 

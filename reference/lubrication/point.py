@@ -14,13 +14,7 @@ from reference.arrays import Array
 from reference.errors import ConvergenceError, count_faults, positive_faults, refuse
 from reference.lubrication import formulas
 from reference.lubrication.loaded import BentSurface, LoadedFilm
-from reference.lubrication.reynolds import (
-    Film,
-    FilmState,
-    Transport,
-    around_point,
-    rigid_film_at,
-)
+from reference.lubrication.reynolds import Film, FilmState, Transport, around_point, rigid_film_at
 
 # Where the equal cells begin and end along x, and half of their width, in units of l.
 _ALONG, _SQUEEZED, _ACROSS = (-2.5, 1.5), (-2.0, 2.0), 2.0

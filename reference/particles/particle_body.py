@@ -401,13 +401,7 @@ class ParticleHalfSpace:
         return together
 
     def _contact(
-        self,
-        depth: float,
-        sources: Array,
-        rest: Rest,
-        reactions: Array,
-        near: Integers,
-        steps: int,
+        self, depth: float, sources: Array, rest: Rest, reactions: Array, near: Integers, steps: int
     ) -> ParticleContact:
         """Return an equilibrium in the units of the loads."""
         self._hold(sources)

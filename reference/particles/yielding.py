@@ -28,12 +28,7 @@ from reference.errors import ConvergenceError
 from reference.loads import LoadPath
 from reference.particles.automata import Domain
 from reference.particles.mprgp import Rest
-from reference.particles.particle_body import (
-    BALANCE,
-    Held,
-    ParticleContact,
-    ParticleHalfSpace,
-)
+from reference.particles.particle_body import BALANCE, Held, ParticleContact, ParticleHalfSpace
 from reference.plastic.j2 import PlasticMaterial, plastic_step
 
 # Largest change of a stress that flow would still make, over the yield stress, and turns at most.

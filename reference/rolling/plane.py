@@ -56,10 +56,7 @@ class PlaneSurface:
         logarithm = x[0] * np.log(x[0]) - x[1] * np.log(np.abs(x[1])) - self.width
         c1, c2 = self.compliance.normal, self.compliance.lateral
         table = np.zeros((3, offsets.size, 1))
-        table[0, :, 0], table[1, :, 0] = (
-            -c1 / np.pi * logarithm,
-            -(c1 + c2) / np.pi * logarithm,
-        )
+        table[0, :, 0], table[1, :, 0] = (-c1 / np.pi * logarithm, -(c1 + c2) / np.pi * logarithm)
         return table
 
 

@@ -132,11 +132,7 @@ class Upstream:
 
 
 def steady(
-    flow: Upstream,
-    bound: Array,
-    creep: Array,
-    start: Array | None = None,
-    tolerance: float = 1e-9,
+    flow: Upstream, bound: Array, creep: Array, start: Array | None = None, tolerance: float = 1e-9
 ) -> Tractions:
     """Return the tractions of steady rolling at given bounds; slip is per distance rolled.
 
@@ -169,11 +165,7 @@ def _places(shape: tuple[int, int], spacing: tuple[float, float]) -> tuple[Array
 
 
 def roll(
-    roller: FrictionalPress,
-    load: Load,
-    creeps: Iterable[Creep],
-    *,
-    tolerance: float = 1e-8,
+    roller: FrictionalPress, load: Load, creeps: Iterable[Creep], *, tolerance: float = 1e-8
 ) -> Iterator[RollingStep]:
     """Solve steady rolling at several creeps under one normal load.
 

@@ -54,10 +54,7 @@ class GeneralisedMaxwell:
         viscosity: float = 0.0,
     ) -> None:
         faults = []
-        for name, value in (
-            ("equilibrium_modulus", equilibrium_modulus),
-            ("viscosity", viscosity),
-        ):
+        for name, value in (("equilibrium_modulus", equilibrium_modulus), ("viscosity", viscosity)):
             if not (math.isfinite(value) and value >= 0):
                 faults.append(f"{name} must be finite and not negative, not {value!r}")
         if len(arm_moduli) != len(arm_times):

@@ -274,11 +274,7 @@ class GridStudy:
 
 
 def paraboloid(
-    radius: float,
-    material: GeneralisedMaxwell,
-    speed: float,
-    load: Load,
-    cells: int = 96,
+    radius: float, material: GeneralisedMaxwell, speed: float, load: Load, cells: int = 96
 ) -> tuple[GridStudy, GridStudy]:
     """Return force and friction coefficient of a rigid paraboloid f = r^2/(2R), nu = 1/2.
 
