@@ -220,7 +220,7 @@ WRONG = [
     (rough(power=4), "surface: expected exactly one of hurst and power"),
     (rough(rms_height="1 nm"), "surface: expected exactly one of rms_slope and rms_height"),
     (rough(rms_slope=None), "surface: expected exactly one of rms_slope and rms_height"),
-    (rough(short_cutoff="1 nm"), "for which points = 2000 are enough"),
+    (rough(short_cutoff="31.2 nm"), "for which points = 65 are enough"),
     (rough(long_cutoff="2 um"), "long_cutoff: expected from short_cutoff"),
     (rough(periodic=1), "surface.periodic: expected true or false, got 1"),
     (measured(file=None), "surface.file: expected, but missing"),

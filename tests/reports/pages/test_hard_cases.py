@@ -105,6 +105,7 @@ def test_an_interrupted_run_keeps_what_is_done(hard_cases, monkeypatch, capsys):
     assert capsys.readouterr().err == "solved 0 of 4\ninterrupted\n"
     kept = load_record(folder)
     assert kept.interrupted
+    assert (folder / PAGE).is_file()
     assert [item.case for item in kept.outcomes] == ["load-one"]
 
 
