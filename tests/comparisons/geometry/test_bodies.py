@@ -98,13 +98,6 @@ def scene(tmp_path, file="block.msh", **body):
     return make_scene(tables(file, **body), "test", tmp_path)
 
 
-def solved(made, resolution=1):
-    (plan,) = plan_scene(made)
-    solution = execute(task_of(plan, "fem", resolution, with_body=True))
-    assert solution.converged.all(), solution.reasons
-    return solution
-
-
 def problems_of(tmp_path, **body):
     with pytest.raises(SceneError) as caught:
         plan_scene(scene(tmp_path, **body))
@@ -112,7 +105,7 @@ def problems_of(tmp_path, **body):
 
 
 @pytest.mark.filterwarnings("ignore::UserWarning")
-def test_abaqus_surfaces_name_faces_of_element_sets(tmp_path):
+def test_abaqus_surfaces_name_faces_of_element_sets(solved, tmp_path):
     """As Abaqus/CAE writes them: the same faces, and the same force, as the node set of the top.
 
     A surface by element numbers is none, and says what names there are.
@@ -125,9 +118,9 @@ def test_abaqus_surfaces_name_faces_of_element_sets(tmp_path):
     lines += ["*SURFACE, NAME=floor, TYPE=NODE", "bottom, 1.0"]
     lines += ["*SURFACE, NAME=numbered", "109, S2"]
     path.write_text(path.read_text() + "\n".join(lines) + "\n")
-    by_sets = solved(scene(tmp_path, "block.inp"))
+    by_sets = solved(scene(tmp_path, "block.inp"), "fem")
     named = {"contact_surface": "roof", "supports": {"floor": "fixed"}}
-    by_surfaces = solved(scene(tmp_path, "block.inp", **named))
+    by_surfaces = solved(scene(tmp_path, "block.inp", **named), "fem")
     np.testing.assert_array_equal(by_surfaces.quantities["force"], by_sets.quantities["force"])
     assert "roof" in problems_of(tmp_path, file="block.inp", contact_surface="numbered")
 
@@ -141,14 +134,14 @@ def test_abaqus_faces_are_all_faces_of_a_cell(kind, count):
     assert all(edges.count(edge) == 2 for edge in edges)
 
 
-def test_gmsh_abaqus_and_vtu_files_of_one_body_in_any_unit_are_one_body(tmp_path):
+def test_gmsh_abaqus_and_vtu_files_of_one_body_in_any_unit_are_one_body(solved, tmp_path):
     """The same block four times: the same force to the digits that a text file keeps."""
     write(tmp_path / "metres.msh", [1e-3 * line for line in LINES])
     (msh, *others) = [
-        solved(scene(tmp_path, write(tmp_path / f"block{ending}").name)).quantities["force"]
+        solved(scene(tmp_path, write(tmp_path / f"block{ending}").name), "fem").quantities["force"]
         for ending in (".msh", ".inp", ".vtu")
     ]
-    others.append(solved(scene(tmp_path, "metres.msh", length_unit="m")).quantities["force"])
+    others.append(solved(scene(tmp_path, "metres.msh", length_unit="m"), "fem").quantities["force"])
     for force in others:
         np.testing.assert_allclose(force, msh, rtol=1e-9)
 
@@ -161,12 +154,12 @@ def quarter_turns():
 
 
 @pytest.mark.parametrize("direction", quarter_turns())
-def test_a_body_may_lie_on_any_side(tmp_path, direction):
+def test_a_body_may_lie_on_any_side(solved, tmp_path, direction):
     """Turned in space, it carries the same force; its results come back in the file's axes."""
     write(tmp_path / "upright.msh")
     write(tmp_path / "block.msh", turn=quarter_turns()[direction])
-    upright = solved(scene(tmp_path, "upright.msh"))
-    turned = solved(scene(tmp_path, direction=direction))
+    upright = solved(scene(tmp_path, "upright.msh"), "fem", with_body=True)
+    turned = solved(scene(tmp_path, direction=direction), "fem", with_body=True)
     force = upright.quantities["force"]
     np.testing.assert_allclose(turned.quantities["force"], force, rtol=1e-9)
     back = mesh_of(turned.fields)
@@ -182,32 +175,32 @@ def test_a_body_may_lie_on_any_side(tmp_path, direction):
     )
 
 
-def test_a_rigid_plane_compresses_a_block_uniformly(tmp_path):
+def test_a_rigid_plane_compresses_a_block_uniformly(solved, tmp_path):
     """Without an [indenter] a plane presses: F = E A d / H on rollers, exactly (patch test)."""
     write(tmp_path / "block.msh")
     data = tables("block.msh", supports={"bottom": "z", "x0": "roller", "y0": "roller"})
     del data["indenter"]
-    solution = solved(make_scene(data, "test", tmp_path))
+    solution = solved(make_scene(data, "test", tmp_path), "fem")
     exact = E * 4e-6 * np.array([2e-6, 4e-6]) / 1e-3
     np.testing.assert_allclose(solution.quantities["force"][0], exact, rtol=1e-9)
     np.testing.assert_allclose(solution.quantities["contact_area"][0], 4e-6, rtol=1e-9)
 
 
-def test_a_quarter_stands_for_the_whole(tmp_path):
+def test_a_quarter_stands_for_the_whole(solved, tmp_path):
     """Rollers on two planes of symmetry, and the forces of four parts."""
     write(tmp_path / "block.msh")
     write(tmp_path / "quarter.msh", (LINES[0][3:], LINES[1][3:], LINES[2]))
-    whole = solved(scene(tmp_path))
+    whole = solved(scene(tmp_path), "fem")
     supports = {"bottom": "fixed", "x0": "roller", "y0": "y"}
     own = {"supports": supports, "symmetric_parts": 4, "position": [0, 0]}
-    quarter = solved(scene(tmp_path, "quarter.msh", **own))
+    quarter = solved(scene(tmp_path, "quarter.msh", **own), "fem")
     for name in ("force", "energy", "stiffness", "contact_area_raw"):
         np.testing.assert_allclose(
             quarter.quantities[name], whole.quantities[name], rtol=1e-9, err_msg=name
         )
 
 
-def test_the_surface_itself_is_part_of_the_gap(tmp_path):
+def test_the_surface_itself_is_part_of_the_gap(solved, tmp_path):
     """A crowned block under a plane is a flat one under the same crown: the same contact.
 
     The crown is 1e-3 high, so the difference of the meshes is of that order.
@@ -222,8 +215,8 @@ def test_the_surface_itself_is_part_of_the_gap(tmp_path):
     write(tmp_path / "block.msh")
     data = tables("crowned.msh")
     del data["indenter"]
-    crowned = solved(make_scene(data, "test", tmp_path)).quantities["force"]
-    flat = solved(scene(tmp_path)).quantities["force"]
+    crowned = solved(make_scene(data, "test", tmp_path), "fem").quantities["force"]
+    flat = solved(scene(tmp_path), "fem").quantities["force"]
     np.testing.assert_allclose(crowned, flat, rtol=0.01)
 
 
@@ -240,7 +233,7 @@ def test_half_space_methods_say_that_the_body_is_finite(planned, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_large_body_is_solved_by_multigrid_and_the_plan_says_so(tmp_path, monkeypatch):
+def test_a_large_body_is_solved_by_multigrid_and_the_plan_says_so(solved, tmp_path, monkeypatch):
     """The same forces to 1e-7; which solver from which size on, and what it cannot do."""
     write(tmp_path / "block.msh")
     for load in ({"penetration": [2e-6, 4e-6]}, {"force": [1e-4, 1e-3]}):
@@ -249,7 +242,7 @@ def test_a_large_body_is_solved_by_multigrid_and_the_plan_says_so(tmp_path, monk
         chosen = make_scene(
             data | {"methods": {"fem": {"solver": "conjugate_gradients"}}}, "test", tmp_path
         )
-        both = solved(made), solved(chosen)
+        both = solved(made, "fem"), solved(chosen, "fem")
         for name in ("force", "penetration", "stiffness", "energy"):
             direct, iterated = (solution.quantities[name] for solution in both)
             np.testing.assert_allclose(iterated, direct, rtol=1e-7, err_msg=name)

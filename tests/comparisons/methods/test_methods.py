@@ -7,6 +7,7 @@ from itertools import product
 import numpy as np
 import pytest
 
+from comparisons.geometry.prepare import prepare
 from comparisons.methods import Solver
 from comparisons.methods.normal import grid as blocks
 from comparisons.methods.registry import solver_for, solver_of
@@ -148,13 +149,6 @@ def scaled(scene, length, modulus):
     return {"indenter": indenter, "half_space": half_space, "loading": {"penetration": loads}}
 
 
-def solved(scene, method, level):
-    (plan, *_) = plan_scene(scene)
-    result = execute(task_of(plan, method, level), 1)
-    assert result.converged.all()
-    return {name: values[0] for name, values in result.quantities.items()}
-
-
 DIMENSIONS = {  # exponents of length and of modulus
     "penetration": (1, 0),
     "force": (2, 1),
@@ -178,26 +172,28 @@ CLOSED = [
         *product(("bem_dense", "bem_fft", "fem"), ("paraboloid", "cone", "square-punch")),
     ],
 )
-def test_scenes_scaled_by_powers_of_two_are_bit_identical(scene, method, source):
+def test_scenes_scaled_by_powers_of_two_are_bit_identical(curves, scene, method, source):
     """Scales inside are powers of two, so not one digit changes."""
     length, modulus = 2.0**24, 2.0**-30
     base = load_scene(source)
     asked = {"quantities": ["force", "contact_area", "stiffness", "energy"]}
     plain, other = (
-        solved(scene(compare=asked, **scaled(base, *units)), method, LEVELS[method])
+        curves(scene(compare=asked, **scaled(base, *units)), method, LEVELS[method])
         for units in ((1.0, 1.0), (length, modulus))
     )
     for name, (m, n) in DIMENSIONS.items():
         np.testing.assert_array_equal(other[name] / (length**m * modulus**n), plain[name], name)
 
 
-def solved_rough(make, method, **surface):
-    asked = ["penetration", "penetration_mean_plane", "mean_gap", "contact_count"]
-    asked += ["contact_length", "contact_area_raw", "stiffness", "contact_length_stiffness"]
-    (plan,) = plan_scene(make(compare={"quantities": asked}, **surface))
-    level = 64 if method == "reduced" else 16
-    solution = solved(plan.scene, method, level)
-    return plan.geometry, solution
+@pytest.fixture
+def solved_rough(curves, rough):
+    def solve(method, **surface):
+        asked = ["penetration", "penetration_mean_plane", "mean_gap", "contact_count"]
+        asked += ["contact_length", "contact_area_raw", "stiffness", "contact_length_stiffness"]
+        scene = rough(compare={"quantities": asked}, **surface)
+        return prepare(scene)[0], curves(scene, method, 16)
+
+    return solve
 
 
 @pytest.mark.parametrize("theory", ["persson", "persson_xu"])
@@ -208,26 +204,26 @@ def test_a_theory_of_spreading_pressure_finds_the_load_of_a_mean_gap(theory):
     np.testing.assert_allclose(by_gap["contact_area"][::-1], by_force["contact_area"], rtol=1e-9)
 
 
-def test_penetration_of_a_periodic_surface_counts_from_the_mean_plane(rough):
+def test_penetration_of_a_periodic_surface_counts_from_the_mean_plane(solved_rough):
     """As the mean displacement is zero, d = max(h - <h>) - mean gap; 1e-7: the FFT's residual."""
-    geometry, solution = solved_rough(rough, "bem_fft", periodic=True)
+    geometry, solution = solved_rough("bem_fft", periodic=True)
     peak = geometry.top(0) - geometry.heights(0, 16).mean()
     np.testing.assert_allclose(solution["penetration"] + solution["mean_gap"], peak, rtol=1e-7)
     np.testing.assert_allclose(solution["penetration_mean_plane"], -solution["mean_gap"], rtol=1e-6)
 
 
 @pytest.mark.parametrize("method", ["bem_dense", "bem_fft", "fem"])
-def test_penetration_from_the_mean_plane_differs_by_the_height_of_the_peak(rough, method):
-    geometry, solution = solved_rough(rough, method)
+def test_penetration_from_the_mean_plane_differs_by_the_height_of_the_peak(solved_rough, method):
+    geometry, solution = solved_rough(method)
     peak = geometry.top(0) - geometry.heights(0, 16).mean()
     difference = solution["penetration"] - solution["penetration_mean_plane"]
     np.testing.assert_allclose(difference, peak, rtol=1e-9)
 
 
-def test_contacts_are_counted_and_their_lengths_are_those_of_equal_circles(rough):
+def test_contacts_are_counted_and_their_lengths_are_those_of_equal_circles(rough, solved_rough):
     """One contact at a tiny load: l = sqrt(4 A/pi), n = 1; k/E* is the length by stiffness."""
     tiny = {"force": {"values": [1e-5], "relative_to": "E* A0 h'"}}
-    _, solution = solved_rough(rough, "bem_fft", loading=tiny)
+    _, solution = solved_rough("bem_fft", loading=tiny)
     assert solution["contact_count"].tolist() == [1]
     # Patches are of counted cells, the best estimate of the area is corrected for its perimeter.
     length = np.sqrt(4 * solution["contact_area_raw"] / np.pi)

@@ -30,21 +30,12 @@ from roughline.commands.app import run_command
 def record(rows, method="closed_form", bar=0.0, quantities=("force",), tolerance=0.01):
     """Make a record as a study would, from (method, N, |e|, seconds) of each quantity; u = 0."""
     rows = [(*row, "force")[:5] for row in rows]
+    common = {"at": "penetration", "tolerance": tolerance, "step": 2, "signed": False}
     verdicts = tuple(
         Verdict(
             word="within" if e <= tolerance else "outside",
-            method=name,
-            resolution=n,
-            quantity=quantity,
-            at="penetration",
-            tolerance=tolerance,
-            step=2,
-            error=e,
-            signed=False,
-            uncertainty=0.0,
-            low=e,
-            high=e,
-            rms=e,
+            **common | {"method": name, "resolution": n, "quantity": quantity, "uncertainty": 0.0},
+            **dict.fromkeys(("error", "low", "high", "rms"), e),
         )
         for name, n, e, _, quantity in rows
     )

@@ -33,10 +33,14 @@ def test_without_dask_the_message_says_what_to_install(monkeypatch):
 distributed = pytest.importorskip("distributed", reason="needs the extra 'cluster'")
 
 
+def workers(number, threads=1):
+    options = {"n_workers": number, "threads_per_worker": threads}
+    return distributed.LocalCluster(**options, dashboard_address=":0")
+
+
 @pytest.fixture(scope="module")
 def address():
-    options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": ":0"}
-    with distributed.LocalCluster(**options) as local:
+    with workers(2) as local:
         yield local.scheduler_address
 
 
@@ -45,9 +49,8 @@ def mortal():
     """Start three workers, of which two may die for good: a nanny may start no other."""
     import dask
 
-    options = {"n_workers": 3, "threads_per_worker": 1, "dashboard_address": ":0"}
     allowed = dask.config.set({"distributed.scheduler.allowed-failures": 1})
-    with allowed, distributed.LocalCluster(**options) as local:
+    with allowed, workers(3) as local:
         yield local.scheduler_address
 
 
@@ -115,9 +118,8 @@ def test_a_worker_that_joins_later_with_other_versions_ends_the_run(address, mon
 
 @pytest.mark.slow
 def test_workers_with_more_threads_are_refused():
-    options = {"n_workers": 1, "threads_per_worker": 2, "dashboard_address": ":0"}
     refused = pytest.raises(InputError, match="has 2 threads, expected one")
-    with distributed.LocalCluster(**options) as local, refused:
+    with workers(1, threads=2) as local, refused:
         executor_for(scheduler=local.scheduler_address)
 
 
@@ -165,8 +167,7 @@ def test_what_fits_into_no_worker_is_lost_at_once(address):
 @pytest.mark.slow
 def test_a_cluster_without_workers_is_told_and_does_the_job_once_one_comes(monkeypatch, capsys):
     monkeypatch.setattr(cluster, "LOOK", 0.5)
-    options = {"n_workers": 0, "threads_per_worker": 1, "dashboard_address": ":0"}
-    with distributed.LocalCluster(**options) as local:
+    with workers(0) as local:
         executor = executor_for(scheduler=local.scheduler_address)
         executor.add([Job("one", pow, (2, 3))])
         threading.Timer(2.0, local.scale, (1,)).start()
@@ -179,8 +180,7 @@ def test_a_cluster_without_workers_is_told_and_does_the_job_once_one_comes(monke
 def test_a_scheduler_lost_before_the_first_job_ends_the_run(seconds, monkeypatch):
     """Planning or a refinement may take long: the client has given up by then, or not yet."""
     monkeypatch.setattr(cluster, "CONNECT", 1.0)
-    options = {"n_workers": 1, "threads_per_worker": 1, "dashboard_address": ":0"}
-    with distributed.LocalCluster(**options) as lost:
+    with workers(1) as lost:
         executor = executor_for(scheduler=lost.scheduler_address)
     time.sleep(seconds)
     executor.add([Job("one", pow, (2, 2))])
@@ -192,8 +192,7 @@ def test_a_scheduler_lost_before_the_first_job_ends_the_run(seconds, monkeypatch
 def test_a_lost_scheduler_keeps_what_is_done_and_resuming_completes_it(
     ensemble, tmp_path, run_apart, serial
 ):
-    options = {"n_workers": 1, "threads_per_worker": 1, "dashboard_address": ":0"}
-    local = distributed.LocalCluster(**options)
+    local = workers(1)
 
     def stop(campaign, last):
         if campaign.counts[0] == 3:

@@ -16,9 +16,6 @@ from comparisons.methods.peers.live import Drake, MuJoCo, Slippy
 from comparisons.methods.registry import solver_for
 from comparisons.methods.solver import Refused
 from comparisons.scene.scene import make_scene
-from comparisons.solving.execution import execute
-from comparisons.solving.plan import task_of
-from comparisons.solving.planning import plan_scene
 
 CODES = {"drake": Drake.code, "mujoco": MuJoCo.code, "slippy": Slippy.code}
 LOADS = {
@@ -36,14 +33,6 @@ def needs(name):
     except Refused as refused:
         absent = str(refused)
     return pytest.mark.skipif(bool(absent), reason=absent)
-
-
-def solved(made, method):
-    made = made.model_copy(
-        update={"compare": made.compare.model_copy(update={"methods": (method,)})}
-    )
-    (plan,) = plan_scene(made)
-    return execute(task_of(plan, method, 1))
 
 
 def pretend(monkeypatch, tmp_path, name, text):
@@ -78,10 +67,10 @@ def test_a_missing_interpreter_and_a_missing_package_are_refused_in_words(scene,
         ("def solve(problem): return 1", "expected a dict"),
     ],
 )
-def test_a_code_that_fails_costs_its_own_rows(scene, monkeypatch, tmp_path, script, reason):
+def test_a_code_that_fails_costs_its_own_rows(solved, scene, monkeypatch, tmp_path, script, reason):
     name = "drake"  # what runs it is the same for all
     pretend(monkeypatch, tmp_path, name, script)
-    solution = solved(scene(loading=LOADS[name]), name)
+    solution = solved(scene(loading=LOADS[name]), name, lost=True)
     assert not solution.converged.any()
     assert solution.reasons[0, 2].startswith(f"{CODES[name].name}: ")
     assert reason in solution.reasons[0, 2]
@@ -96,7 +85,7 @@ def test_another_interpreter_does_not_get_our_import_path(monkeypatch, tmp_path)
     assert "No module named 'ours'" in outcome.reason
 
 
-def test_units_are_put_back_on_what_a_code_answers(scene, monkeypatch, tmp_path):
+def test_units_are_put_back_on_what_a_code_answers(solved, scene, monkeypatch, tmp_path):
     """The script answers Hertz for E* = R = 1, the closed form has the scene's own."""
     hertz = """
 import numpy as np
@@ -113,7 +102,7 @@ def solve(problem):
 
 
 @needs("drake")
-def test_hydroelastic_contact_goes_as_the_square_and_is_hertz_at_one_depth(scene):
+def test_hydroelastic_contact_goes_as_the_square_and_is_hertz_at_one_depth(solved, scene):
     """F/Hertz = sqrt(d/d*) (1 - d/3R), its cap twice Hertz's area; 1e-3: 128 chords for circles."""
     made = scene(loading=LOADS["drake"])
     theirs, exact = solved(made, "drake").quantities, solved(made, "closed_form").quantities
@@ -124,7 +113,7 @@ def test_hydroelastic_contact_goes_as_the_square_and_is_hertz_at_one_depth(scene
 
 
 @needs("mujoco")
-def test_a_soft_contact_is_linear_and_hertz_at_one_force(scene):
+def test_a_soft_contact_is_linear_and_hertz_at_one_force(solved, scene):
     """1e-4: where the ball counts as at rest."""
     made = scene(loading=LOADS["mujoco"])
     theirs, exact = solved(made, "mujoco").quantities, solved(made, "closed_form").quantities
@@ -148,7 +137,7 @@ def test_a_soft_contact_is_as_stiff_as_its_ball_is_heavy():
 
 
 @needs("slippy")
-def test_boundary_elements_of_others_give_hertz(scene):
+def test_boundary_elements_of_others_give_hertz(solved, scene):
     """Cells across a radius: 21; counted whole, they add half a cell to it, 5 % to the area."""
     made = scene(loading=LOADS["slippy"])
     theirs, exact = solved(made, "slippy").quantities, solved(made, "closed_form").quantities
