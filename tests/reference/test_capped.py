@@ -10,6 +10,7 @@ from reference.halfspace import FreeOperator, PeriodicOperator
 from reference.halfspace.areas import located_area
 from reference.loads import Load, LoadPath
 from reference.plastic.capped import along
+from reference.surfaces import SelfAffine, self_affine
 
 N, RADIUS, DEPTH = 48, 200.0, 1.0
 X = np.arange(N) - N / 2 + 0.5
@@ -28,22 +29,10 @@ def pressed(body, gap, hardness: float, *depths: float, control: str = "penetrat
     return list(along(body, gap, hardness, path, tolerance=1e-9))
 
 
-def waves(n: int = 48) -> np.ndarray:
-    """Return the gap of a rough surface of unit period, its shortest wave 12 cells long."""
-    x = 2 * np.pi * np.arange(n) / n
-    rng = np.random.default_rng(5)
-    height = np.zeros((n, n))
-    for k in range(1, 5):
-        for m in range(5):
-            height += (
-                rng.normal()
-                / (k * k + m * m)
-                * np.cos(k * x[:, None] + m * x + 6.28 * rng.random())
-            )
-    return 0.02 * (height.max() - height) / np.ptp(height)
-
-
-ROUGH = PeriodicOperator((48, 48), (1 / 48, 1 / 48), 1.0), waves()
+# of unit period, the shortest wave 12 cells long
+WAVES = SelfAffine(power=3.0, rms_height=5e-3, short_cutoff=0.25)
+HEIGHTS = self_affine(N, 1.0, WAVES, seed=5, realisation=0)
+ROUGH = PeriodicOperator((N, N), (1 / N, 1 / N), 1.0), HEIGHTS.max() - HEIGHTS
 
 
 def test_a_body_that_is_hard_enough_is_elastic_to_the_last_digit():

@@ -18,6 +18,7 @@ from reference.halfspace import FreeOperator, PeriodicOperator
 from reference.halfspace.areas import located_area
 from reference.layered import Graded, Stack
 from reference.loads import Load
+from reference.surfaces import SelfAffine, refine, self_affine
 
 SPACING = 1.0, 1.4
 
@@ -330,16 +331,10 @@ def test_area_inside_the_contact_line_of_hertz(element, nu):
     assert np.std(errors) < 0.02
 
 
-def rough(n, seed=0):
+def rough(n):
     """Return a periodic gap whose shortest wave has four points on 32."""
-    rng = np.random.default_rng(seed)
-    q = np.hypot(np.fft.fftfreq(32)[:, None], np.fft.rfftfreq(32)) * 32
-    amplitude = np.where((q > 0) & (q <= 8), np.maximum(q, 1.0) ** -1.8, 0)
-    modes = amplitude * np.exp(2j * np.pi * rng.random(amplitude.shape))
-    padded = np.zeros((n, n // 2 + 1), dtype=complex)
-    padded[:16, :16], padded[-16:, :16] = modes[:16, :16], modes[16:, :16]
-    heights = np.fft.irfft2(padded, (n, n))
-    heights *= 1 / heights.std()
+    spectrum = SelfAffine(power=3.6, rms_height=1.0, short_cutoff=4.0)
+    heights = refine(self_affine(32, 32.0, spectrum, seed=0, realisation=0), n // 32)
     return heights.max() - heights
 
 

@@ -1,38 +1,26 @@
 """The method `mca`: closed forms, rough patches, what it refuses, when it runs, pictures."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
 from comparisons.methods.registry import solver_for
 from comparisons.results.record import field_problems
 from comparisons.results.store import mesh_of
-from comparisons.scene.scene import load_scene, make_scene
-from comparisons.solving.execution import execute
+from comparisons.scene.scene import load_scene
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene, refusal
 from reports.pictures import pictures, turning
 
 STEEL = {"youngs_modulus": "210 GPa", "poisson_ratio": 0.3}
+COMPARED = {"methods": ["closed_form", "mca"], "quantities": ["force", "contact_area"]}
 
 
-def scene(indenter, loading=None, **more):
-    data = {
-        "name": "mca",
-        "half_space": STEEL,
-        "indenter": indenter,
-        "loading": loading or {"penetration": [2e-6]},
-        "compare": {"methods": ["closed_form", "mca"], "quantities": ["force", "contact_area"]},
-    }
-    return make_scene(data | more, "mca.toml", None)
-
-
-def solved(made, resolution=3, **how):
-    (plan, *_) = plan_scene(made)
-    return execute(task_of(plan, "mca", resolution, **how)), plan
-
-
-def exact(plan):
-    return execute(task_of(plan, "closed_form", 1)).quantities
+@pytest.fixture
+def asked(scene):
+    """Return a maker of scenes that ask for automata."""
+    return partial(scene, loading={"penetration": [2e-6]}, compare=COMPARED)
 
 
 BALL = {"shape": "paraboloid", "radius": "10 mm"}
@@ -55,13 +43,12 @@ SHAPES = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SHAPES)
-def test_shapes_with_three_automata_per_radius_against_closed_forms(name):
+def test_shapes_with_three_automata_per_radius_against_closed_forms(asked, curves, name):
     indenter, force, area = SHAPES[name]
-    solution, plan = solved(scene(indenter))
-    assert not solution.reasons
-    true = exact(plan)
-    np.testing.assert_allclose(solution.quantities["force"], true["force"], rtol=force)
-    np.testing.assert_allclose(solution.quantities["contact_area"], true["contact_area"], rtol=area)
+    made = asked(indenter=indenter)
+    found, true = curves(made, "mca", 3), curves(made, "closed_form")
+    np.testing.assert_allclose(found["force"], true["force"], rtol=force)
+    np.testing.assert_allclose(found["contact_area"], true["contact_area"], rtol=area)
 
 
 # Of side 1 mm, penetration 2 um: 1.15230 E* for the square, and the half-space on 96 cells.
@@ -78,33 +65,29 @@ CORNERED = {
 
 
 @pytest.mark.parametrize("name", CORNERED)
-def test_faces_with_corners_are_too_soft_by_some_per_cent(name):
+def test_faces_with_corners_are_too_soft_by_some_per_cent(asked, curves, name):
     """Three automata across half of them have no corners: -4.5 %."""
     indenter, force = CORNERED[name]
-    solution, _ = solved(scene(indenter))
-    assert -0.046 < solution.quantities["force"][0, 0] / force - 1 < 0
+    assert -0.046 < curves(asked(indenter=indenter), "mca", 3)["force"][0] / force - 1 < 0
 
 
-def test_loads_of_many_decades_err_alike():
+def test_loads_of_many_decades_err_alike(asked, curves):
     """The packing is scaled to each contact, and the answer with it."""
-    solution, plan = solved(scene(BALL, {"penetration": [1e-12, 1e-6]}), 2)
-    errors = solution.quantities["force"][0] / exact(plan)["force"][0] - 1
+    made = asked(loading={"penetration": [1e-12, 1e-6]})
+    errors = curves(made, "mca", 2)["force"] / curves(made, "closed_form")["force"] - 1
     assert errors[0] == pytest.approx(errors[1], abs=1e-6)
 
 
-def test_stiffness_is_that_of_the_contact_set():
-    compare = {"methods": ["closed_form", "mca"], "quantities": ["stiffness", "energy"]}
-    solution, plan = solved(scene(BALL, compare=compare))
-    true = exact(plan)
-    assert solution.quantities["stiffness"] == pytest.approx(true["stiffness"], rel=0.01)
-    assert solution.quantities["energy"] == pytest.approx(true["energy"], rel=0.02)
+def test_stiffness_is_that_of_the_contact_set(asked, curves):
+    made = asked(compare=COMPARED | {"quantities": ["stiffness", "energy"]})
+    found, true = curves(made, "mca", 3), curves(made, "closed_form")
+    assert found["stiffness"] == pytest.approx(true["stiffness"], rel=0.01)
+    assert found["energy"] == pytest.approx(true["energy"], rel=0.02)
 
 
-def test_a_counter_body_is_put_into_the_same_half_space():
-    single, _ = solved(scene(BALL), 2)
-    pair, _ = solved(scene(BALL, counter_body=STEEL), 2)
-    half = single.quantities["force"][0, 0] / 2
-    assert pair.quantities["force"][0, 0] == pytest.approx(half, rel=1e-9)
+def test_a_counter_body_is_put_into_the_same_half_space(asked, curves):
+    single, pair = curves(asked(), "mca", 2), curves(asked(counter_body=STEEL), "mca", 2)
+    assert pair["force"][0] == pytest.approx(single["force"][0] / 2, rel=1e-9)
 
 
 RUBBER = {"youngs_modulus": "30 GPa", "poisson_ratio": -0.2}
@@ -112,63 +95,41 @@ BOTH = {"methods": {"mca": {"coupling": "automata"}}}
 
 
 @pytest.mark.slow
-def test_two_bodies_of_automata_have_the_force_of_the_sum_of_their_compliances():
+def test_two_bodies_of_automata_have_the_force_of_the_sum_of_their_compliances(asked, solved):
     """1/E* is nowhere in their equations; Hertz' force is, within the error of two automata."""
-    pair, plan = solved(scene(BALL, counter_body=RUBBER, **BOTH), 2)
-    assert not pair.reasons
-    np.testing.assert_allclose(pair.quantities["force"], exact(plan)["force"], rtol=0.02)
-    one, _ = solved(scene(BALL, counter_body=RUBBER), 2)
+    made = asked(counter_body=RUBBER, **BOTH)
+    pair, true = solved(made, "mca", 2), solved(made, "closed_form").quantities
+    np.testing.assert_allclose(pair.quantities["force"], true["force"], rtol=0.02)
+    one = solved(asked(counter_body=RUBBER), "mca", 2)
     assert pair.unknowns == 2 * one.unknowns
     np.testing.assert_allclose(pair.quantities["force"], one.quantities["force"], rtol=0.01)
-    np.testing.assert_allclose(
-        pair.quantities["contact_area"], exact(plan)["contact_area"], rtol=0.1
-    )
-
-
-def rough(points):
-    data = {
-        "name": "patch",
-        "half_space": STEEL,
-        "surface": {
-            "kind": "self_affine",
-            "hurst": 0.8,
-            "size": "1 um",
-            "points": points,
-            "rms_slope": 0.05,
-            "short_cutoff": "0.4 um",
-        },
-        "loading": {"penetration": [10e-9]},
-        "compare": {"methods": ["bem_fft", "mca"], "quantities": ["force", "mean_gap"]},
-    }
-    return make_scene(data, "patch.toml", None)
+    np.testing.assert_allclose(pair.quantities["contact_area"], true["contact_area"], rtol=0.1)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("points", [12, 13])
-def test_a_rough_patch_against_the_half_space(points):
+def test_a_rough_patch_against_the_half_space(rough, curves, points):
     """Automata and Love's cells differ on waves of five points: by 3.5 per cent on 13 points.
 
     The half-space's force is that of the whole patch; automata leave out a part at the rim.
     """
-    solution, plan = solved(rough(points), points)
-    truth = execute(task_of(plan, "bem_fft", points))
-    assert not solution.reasons
-    force = truth.quantities["force"][0, 0]
-    assert solution.quantities["force"][0, 0] == pytest.approx(force, rel=0.036)
-    gap = truth.quantities["mean_gap"][0, 0]
-    assert solution.quantities["mean_gap"][0, 0] == pytest.approx(gap, rel=0.01)
+    compared = {"methods": ["bem_fft", "mca"], "quantities": ["force", "mean_gap"]}
+    long_waves = {"points": points, "rms_slope": 0.05, "short_cutoff": "0.4 um", "seed": None}
+    made = rough(loading={"penetration": [10e-9]}, compare=compared, **long_waves)
+    found, truth = (curves(made, method, points) for method in ("mca", "bem_fft"))
+    assert found["force"] == pytest.approx(truth["force"], rel=0.036)
+    assert found["mean_gap"] == pytest.approx(truth["mean_gap"], rel=0.01)
 
 
-def test_bodies_of_too_many_automata_are_refused_before_any_is_made():
-    (plan, *_) = plan_scene(scene(BALL))
+def test_bodies_of_too_many_automata_are_refused_before_any_is_made(asked, planned):
+    (plan, *_) = plan_scene(asked())
     solver = solver_for("mca", plan.scene)
     assert "automata, more than 200000" in solver.refusal(task_of(plan, "mca", 20))
     assert refusal(plan, "mca", 20)
-    needle = scene({"shape": "ellipsoid", "radius_x": "10 m", "radius_y": "1 mm"})
-    (plan, *_) = plan_scene(needle)
-    planned = next(method for method in plan.methods if method.method == "mca")
-    assert not planned.supported
-    assert "across the narrow side" in planned.reason
+    needle = {"shape": "ellipsoid", "radius_x": "10 m", "radius_y": "1 mm"}
+    refused = planned(asked(indenter=needle))["mca"]
+    assert not refused.supported
+    assert "across the narrow side" in refused.reason
 
 
 def test_it_runs_only_where_it_is_named(planned):
@@ -181,9 +142,9 @@ def test_it_runs_only_where_it_is_named(planned):
         assert method.reason == "takes seconds per load: runs only if named"
 
 
-def test_particles_go_into_files_and_pictures():
+def test_particles_go_into_files_and_pictures(asked, solved):
     compare = {"methods": ["mca"], "quantities": ["force", "pressure"]}
-    solution, _ = solved(scene(BALL, compare=compare), 2, with_body=True)
+    solution = solved(asked(compare=compare), "mca", 2, with_body=True)
     fields = solution.fields
     assert not field_problems(fields)
     assert field_problems(fields | {"particle_von_mises": np.zeros(3)}) == [
