@@ -1,42 +1,28 @@
 """The pressure at earlier load steps, against the closed form at that step's own depth."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from comparisons.results.record import field_problems
-from comparisons.scene.scene import parse_scene
-from comparisons.solving.execution import execute
-from comparisons.solving.planning import plan_scene
 from comparisons.tasks.shown_loads import MOST_STEPS, at_step, shown, shown_steps, stored_steps
 
-SCENE = """
-name = "ball"
-[half_space]
-effective_modulus = "1 GPa"
-[indenter]
-shape = "paraboloid"
-radius = "10 mm"
-[loading]
-penetration = {values}
-[compare]
-quantities = ["force", "pressure"]
-"""
 
+@pytest.fixture
+def pressed(scene, solved):
+    def press(method, *depths):
+        asked = {"loading": {"penetration": depths}, "compare": {"quantities": ["pressure"]}}
+        made = scene(half_space={"effective_modulus": 1e9}, **asked)
+        return solved(made, method, {"closed_form": 1, "fem": 2}.get(method, 10))
 
-def solved(method: str, values: str):
-    plan = plan_scene(parse_scene(SCENE.format(values=values), "ball", Path()))[0]
-    task = next(task for task in plan.tasks if task.method == method)
-    return task, execute(task, repeats=1)
+    return press
 
 
 @pytest.mark.parametrize("method", ["closed_form", "reduced", "bem_fft", "bem_dense", "fem"])
-def test_every_method_stores_hertz_pressure_at_every_load(method):
+def test_every_method_stores_hertz_pressure_at_every_load(pressed, method):
     """p0 = 2 E* a/(pi R), a = sqrt(R d): each step's peak within the grid's own error (10 %)."""
-    task, solution = solved(method, '["2 um", "4 um", "8 um"]')
+    solution = pressed(method, 2e-6, 4e-6, 8e-6)
     assert stored_steps(solution.fields) == [0, 1]
-    for step, depth in enumerate(task.loads.values[:2]):
+    for step, depth in enumerate((2e-6, 4e-6)):
         fields = at_step(solution.fields, step)
         a = np.sqrt(0.01 * depth)
         peak = 2 * 1e9 * a / (np.pi * 0.01)
@@ -46,11 +32,10 @@ def test_every_method_stores_hertz_pressure_at_every_load(method):
     assert field_problems(solution.fields) == []
 
 
-def test_loads_over_decades_are_stored_from_grids_of_their_own():
+def test_loads_over_decades_are_stored_from_grids_of_their_own(pressed):
     """Contact radii a factor of 100 apart are solved on different grids; each keeps its own."""
-    task, solution = solved("bem_fft", '["1 nm", "1 um", "10 um"]')
-    fields = at_step(solution.fields, 0)
-    a = np.sqrt(0.01 * task.loads.values[0])
+    fields = at_step(pressed("bem_fft", 1e-9, 1e-6, 1e-5).fields, 0)
+    a = np.sqrt(0.01 * 1e-9)
     assert np.abs(fields["pressure_x"]).max() < 2 * a
     assert np.max(fields["pressure"]) == pytest.approx(2e9 * a / (np.pi * 0.01), rel=0.1)
 
@@ -62,9 +47,8 @@ def test_at_most_eight_steps_are_shown_and_always_the_last():
         assert steps[-1] == count - 1
 
 
-def test_a_torn_step_is_told():
-    _, solution = solved("closed_form", '["2 um", "4 um"]')
-    torn = solution.fields | {"step.0.pressure": np.ones(3)}
+def test_a_torn_step_is_told(pressed):
+    torn = pressed("closed_form", 2e-6, 4e-6).fields | {"step.0.pressure": np.ones(3)}
     assert any(field_problem.startswith("step 0") for field_problem in field_problems(torn))
 
 

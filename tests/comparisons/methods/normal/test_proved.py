@@ -1,5 +1,7 @@
 """Rough scenes between proved bounds: free patches and periods, under force and penetration."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -10,49 +12,35 @@ from comparisons.scene.scene import load_scene
 from comparisons.solving.planning import plan_scene
 from reference.bounds.interval import inverse
 
-ROUGH = {
-    "name": "rough",
-    "half_space": {"effective_modulus": "1 GPa"},
-    "surface": {
-        "kind": "self_affine",
-        "hurst": 0.8,
-        "size": "1 um",
-        "points": 4,
-        "rms_slope": 0.1,
-        "short_cutoff": "0.5 um",
-        "seed": 3,
-    },
-    "loading": {"force": {"values": [0.05], "relative_to": "E* A0 h'"}},
-    "compare": {
-        "quantities": ["force", "penetration", "energy", "stiffness"],
-        "tolerance": 0.05,
-        "proved": True,
-    },
-}
+FORCE = {"force": {"values": [0.05], "relative_to": "E* A0 h'"}}
 
 
-def solved(periodic, loading=None, cells=64):
-    """Return a solve on cells that are finer than those of the bounds, and the bounds."""
-    surface = {**ROUGH["surface"], "periodic": periodic}
-    scene = {**ROUGH, "surface": surface, "loading": loading or ROUGH["loading"]}
-    return solve_scene(scene, "bem_fft", cells).columns()
+@pytest.fixture
+def proved(rough):
+    asked = {"quantities": ["force", "penetration", "energy", "stiffness"], "proved": True}
+    return partial(rough, compare=asked | {"tolerance": 0.05}, points=4, short_cutoff="0.5 um")
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("periodic", "width"), [(False, 0.2), (True, 0.15)])
-def test_penetration_at_a_force_and_force_at_that_penetration_are_enclosed(periodic, width):
+def test_penetration_at_a_force_and_force_at_that_penetration_are_enclosed(proved, periodic, width):
     """The half-space on 64 x 64 cells lies between bounds on 32 x 32.
 
     Four points a side are few: the bounds of the free patch are wide at its rim.
     """
-    columns = solved(periodic)
+
+    def solved(loading):
+        """Solve on cells that are finer than those of the bounds."""
+        return solve_scene(proved(periodic=periodic, loading=loading), "bem_fft", 64).columns()
+
+    columns = solved(FORCE)
     depth = columns["penetration"]
     assert columns["penetration_lower"] < depth < columns["penetration_upper"]
     assert columns["penetration_upper"] / columns["penetration_lower"] - 1 < width
     assert "force_lower" not in columns
     for name in ("energy", "stiffness"):
         assert columns[f"{name}_lower"] < columns[name] < columns[f"{name}_upper"]
-    again = solved(periodic, {"penetration": list(depth)})
+    again = solved({"penetration": list(depth)})
     assert again["force_lower"] < columns["force"] < again["force_upper"]
     assert again["force_upper"] / again["force_lower"] - 1 < 2.5 * width
     assert again["energy_lower"] < columns["energy"] < again["energy_upper"]
@@ -60,11 +48,10 @@ def test_penetration_at_a_force_and_force_at_that_penetration_are_enclosed(perio
 
 
 @pytest.mark.slow
-def test_a_load_at_which_nothing_is_proved_leaves_the_others_theirs():
+def test_a_load_at_which_nothing_is_proved_leaves_the_others_theirs(proved):
     """Cells of a period prove nothing of a contact far smaller than they are: NaN, no traceback."""
-    surface = {**ROUGH["surface"], "periodic": True}
     loads = {"penetration": ["1e-15 m", "10 nm"]}
-    (plan,) = plan_scene(load_scene({**ROUGH, "surface": surface, "loading": loads}))
+    (plan,) = plan_scene(proved(periodic=True, loading=loads))
     sides = enclosures(plan.scene, plan.geometry, plan.loads)
     assert np.isnan([sides["force_lower"][0], sides["force_upper"][0]]).all()
     assert 0 < sides["force_lower"][1] < sides["force_upper"][1]
@@ -84,10 +71,10 @@ def test_an_energy_that_underflows_is_not_enclosed():
     [
         ("rough-free", {}, "one surface, .* the mean over 20000: surface.realisations = 1"),
         ("measured-map", {}, "a measured patch goes on between its points by splines"),
-        (ROUGH, {"surface.points": [6, 8]}, "of a free patch are for square ones"),
-        (ROUGH, {"surface.points": 256}, "more than 128 points a side .* minutes a load"),
+        ("rough-patch", {"surface.points": [60, 64]}, "of a free patch are for square ones"),
+        ("rough-patch", {"surface.points": 256}, "more than 128 points a side .* minutes a load"),
         (
-            ROUGH,
+            "rough-patch",
             {"surface.periodic": True, "loading": {"penetration": ["1 um"]}},
             "up to a penetration of",
         ),
