@@ -189,10 +189,7 @@ class PeriodicSurface:
         return below(P * least, 2) - above(stored, 4)
 
     def _dual(self, P: float) -> tuple[float, float]:
-        """Least sum with the gap, and energy per area, of the displacement that proves most at P.
-
-        The one below, the other above what it is.
-        """
+        """Least sum with the gap (from below) and energy (from above) of what proves most at P."""
         heights = transforms.rfft2(self.top - self.gap, norm="forward")
         wave = np.hypot(*wavenumbers(self.grid, self.spacing))
         rounding = 4 * self.waves.rounding_on(self.grid)

@@ -531,11 +531,7 @@ def started_from(body: ElasticBody, gap: Array, force: float) -> float:
 
 
 def _from_first_touch(contact: Contact, gap: Array) -> Contact:
-    """Return the contact of a gap from that of ``gap - gap.min()``.
-
-    Depths are computed from the first touch of a cell: for a distant shape, or penetrations below
-    the round-off of the distance, the overlap loses no digits.
-    """
+    """Return the contact of a gap from that of ``gap - gap.min()``, whose depths lose no digits."""
     penetration = contact.penetration + float(gap.min())
     share = contact.penetration / penetration
     moved = replace(

@@ -398,7 +398,7 @@ def indent(
                 "meshed; centre the shape, or build the body with symmetry = 'none'"
             )
 
-    def steps() -> Iterator[tuple[CondensedBody, NodalContact]]:
+    def fitted_contacts() -> Iterator[tuple[CondensedBody, NodalContact]]:
         projection = None
         for value in load.values:
 
@@ -421,7 +421,7 @@ def indent(
                     step = replace(step, pressure=projection(fitted, step.reactions))
             yield fitted, step
 
-    return steps()
+    return fitted_contacts()
 
 
 def _best_size(loss: Callable[[float], float], finite: Callable[[float], bool]) -> float:

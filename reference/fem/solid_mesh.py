@@ -79,14 +79,6 @@ class CellKind:
             np.flatnonzero(self._on_face(self.locations, face)) for face in range(len(self.faces))
         ]
 
-    def face_rule(self, face: int) -> tuple[Array, Array, Array]:
-        """Return integration points (m, 3) on a face, weights (m,), and tangents (2, 3)."""
-        corners = self.locations[self.faces[face]]
-        origin, across, along = corners[0], corners[1], corners[2 if self.simplex else -1]
-        tangents = np.array([across - origin, along - origin])
-        rule = get_quadrature_tri(2 * self.order) if self.simplex else gauss_square(self.order + 1)
-        return origin + rule[0].T @ tangents, rule[1], tangents
-
     @cached_property
     def children(self) -> Array:
         """Origin and three axes (8, 4, 3) of the eight child cells."""
@@ -257,17 +249,21 @@ class SolidMesh:
 
         Area vectors at integration points, times weights; one entry per occurring local face.
         """
-        integrals = []
+        kind, integrals = self.kind, []
+        plane, weights = (
+            get_quadrature_tri(2 * kind.order) if kind.simplex else gauss_square(kind.order + 1)
+        )
         for face in np.unique(faces[:, 1]):
             cells = self.cells[faces[faces[:, 1] == face, 0]]
-            points, weights, tangents = self.kind.face_rule(int(face))
-            shapes, slopes = shape_functions(self.kind.mesh.elem, points.T)
+            origin, across, *_, along = kind.locations[kind.faces[face]]
+            tangents = np.array([across - origin, along - origin])
+            shapes, slopes = shape_functions(kind.mesh.elem, (origin + plane.T @ tangents).T)
             corners = self.points[cells]
             edges = np.einsum("kni,ndq,td->tkqi", corners, slopes, tangents, optimize=True)
             areas = np.cross(edges[0], edges[1]) * weights[:, None]
             outward = np.einsum("kni,nq->kqi", corners, shapes) - corners.mean(axis=1)[:, None]
             sign = np.sign(np.einsum("kqi,kqi->k", areas, outward))
-            nodes = self.kind.face_nodes[int(face)]
+            nodes = kind.face_nodes[face]
             integrals.append((cells[:, nodes], shapes[nodes], areas * sign[:, None, None]))
         return integrals
 

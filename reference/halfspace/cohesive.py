@@ -411,7 +411,42 @@ def trace(
                 "for the range of the law",
                 [],
             )
-        contact, length = _next(problem, points, units, length, tolerance)
+        # an earlier point far enough to define the direction
+        for before in reversed(points[:-1]):
+            moved = last.penetration - before.penetration, last.force - before.force
+            way = np.array(moved) / units
+            if np.hypot(*way) >= _CORNER:
+                break
+        done = float(np.hypot(*way))
+        way /= done
+        # a step of arc length ahead, halved until it ends on the same branch
+        for _ in range(_SHRINKS):
+            ratio = length / done
+            pressure = last.pressure + ratio * (last.pressure - before.pressure)
+            depth = last.penetration + length * way[0] * units[0]
+            force = last.force + length * way[1] * units[1]
+            # the plane normal to the path: (d - d_predicted, F - F_predicted) . way = 0
+            normal = way[0] / units[0], way[1] / units[1]
+            plane = (*normal, normal[0] * depth + normal[1] * force)
+            try:
+                contact = problem.newton(pressure, depth, plane, tolerance, _ITERATIONS)
+            except ConvergenceError as failure:
+                history = failure.history
+            else:
+                moved = (contact.penetration - last.penetration, contact.force - last.force)
+                step = np.array(moved) / units
+                far = np.hypot(*step)
+                corner = length < _CORNER and step @ way > 0 and far < 1
+                if step @ way > _TURN * far or corner:
+                    break
+                history = [contact.residual]
+            length /= 2
+        else:
+            raise ConvergenceError(
+                "the path of an adhesive contact was lost: the grid is too coarse for the range of "
+                "the law",
+                history,
+            )
         points.append(contact)
         length = min(1.0, 1.5 * length) if contact.iterations <= _EASY else length
     # the last maximum of the penetration is the jump into contact on approach
@@ -425,50 +460,6 @@ def trace(
         np.array([point.force for point in points]),
         np.array([point.mask.sum() for point in points]) * problem.operator.cell_area,
         tuple(points),
-    )
-
-
-def _next(
-    problem: CohesiveProblem,
-    points: list[CohesiveContact],
-    units: tuple[float, float],
-    length: float,
-    tolerance: float,
-) -> tuple[CohesiveContact, float]:
-    """Return the equilibrium one step of arc length further, with bisections as needed."""
-    last = points[-1]
-    # an earlier point far enough to define the direction
-    for before in reversed(points[:-1]):
-        moved = last.penetration - before.penetration, last.force - before.force
-        way = np.array(moved) / units
-        if np.hypot(*way) >= _CORNER:
-            break
-    done = float(np.hypot(*way))
-    way /= done
-    for _ in range(_SHRINKS):
-        ratio = length / done
-        pressure = last.pressure + ratio * (last.pressure - before.pressure)
-        depth = last.penetration + length * way[0] * units[0]
-        force = last.force + length * way[1] * units[1]
-        # the plane normal to the path: (d - d_predicted, F - F_predicted) . way = 0
-        normal = way[0] / units[0], way[1] / units[1]
-        plane = (*normal, normal[0] * depth + normal[1] * force)
-        try:
-            equilibrium = problem.newton(pressure, depth, plane, tolerance, _ITERATIONS)
-        except ConvergenceError as failure:
-            history = failure.history
-        else:
-            moved = (equilibrium.penetration - last.penetration, equilibrium.force - last.force)
-            step = np.array(moved) / units
-            far = np.hypot(*step)
-            corner = length < _CORNER and step @ way > 0 and far < 1
-            if step @ way > _TURN * far or corner:
-                return equilibrium, length
-            history = [equilibrium.residual]
-        length /= 2
-    raise ConvergenceError(
-        "the path of an adhesive contact was lost: the grid is too coarse for the range of the law",
-        history,
     )
 
 
