@@ -92,7 +92,6 @@ class LayeredPeriodic(OfBody):
             raise ValueError(f"kernel must be 'continuum' or 'cells', not {kernel!r}")
         self.body, self.kernel = body, kernel
         self.rim_excess = RIM_EXCESS[kernel]
-        self._padded = self.shape
 
     def _transfer(self) -> Array:
         if self.kernel == "cells":
