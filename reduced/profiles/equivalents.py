@@ -17,25 +17,6 @@ from scipy.special import elliprf, poch
 from reduced.errors import choice_faults, positive_faults, refuse
 from reduced.profiles.quadrature import double_exponential, gauss_legendre
 from reduced.profiles.section import Profile, Section
-from reduced.profiles.transform import from_function, inverse_transform
-
-__all__ = [
-    "Profile",
-    "Section",
-    "cone",
-    "cylinder",
-    "ellipsoid",
-    "equivalent_punch",
-    "from_function",
-    "half_radius",
-    "inverse_transform",
-    "paraboloid",
-    "power_law",
-    "pyramid",
-    "rounded_punch",
-    "sphere",
-    "tabulated",
-]
 
 
 def paraboloid(radius: float) -> Profile:

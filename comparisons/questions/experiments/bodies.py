@@ -26,6 +26,7 @@ from comparisons.questions.experiments.experiment import (
 )
 from reduced.loads import Load
 from reduced.profiles import equivalents
+from reduced.profiles.transform import from_function, inverse_transform
 from reduced.springs.indent import indent
 from reduced.springs.line import Springs
 from reference.closed_form import boussinesq, boussinesq_energy, cylinder
@@ -307,7 +308,7 @@ def blunt_body(
     `flat`; ``"round_cone"``, of slope 1 with a round tip to b.
     """
     slope, depth, true = blunt(shape, flat)
-    profile = equivalents.from_function(slope, length=1.0, breakpoints=(flat,))
+    profile = from_function(slope, length=1.0, breakpoints=(flat,))
     coarse, fine = (
         float(indent(Springs(profile, 1.0, count), Load("penetration", depth)).force[0])
         for count in (400, 800)
@@ -336,7 +337,7 @@ def equivalent_body(
         assert section is not None  # all shapes except for tables have one
         profile = equivalents.half_radius(section)
     else:
-        profile = equivalents.from_function(lambda r: exponent * r ** (exponent - 1), length=1.0)
-    body, true = equivalents.inverse_transform(profile, _RADII), _RADII**exponent
+        profile = from_function(lambda r: exponent * r ** (exponent - 1), length=1.0)
+    body, true = inverse_transform(profile, _RADII), _RADII**exponent
     details = {"spread over the radii": float(np.ptp(body / true))}
     return Finding(*worst(body, true), _QUADRATURE, details)

@@ -11,9 +11,7 @@ from reduced.profiles.equivalents import (
     cylinder,
     ellipsoid,
     equivalent_punch,
-    from_function,
     half_radius,
-    inverse_transform,
     paraboloid,
     power_law,
     pyramid,
@@ -21,6 +19,7 @@ from reduced.profiles.equivalents import (
     sphere,
     tabulated,
 )
+from reduced.profiles.transform import from_function, inverse_transform
 
 X = np.array([1e-3, 0.1, 0.5, 1.001, 1.3, 1.9])
 ROUNDING = 1e-14  # a few operations on doubles
