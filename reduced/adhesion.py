@@ -35,7 +35,6 @@ FOLD_LEVEL = (0.25, 2.25)
 """a g'(a)^2/t where the characteristic load turns, by control."""
 
 _STEPS = 100
-_GRADES = 40
 _EPSILON = float(np.finfo(float).eps)
 
 
@@ -161,10 +160,7 @@ def place_on(half, stretch, control, pieces, k, load):
 
 
 _CONTROLS = {"penetration": PENETRATION, "force": FORCE}
-_ROUNDS = 200
-_SETTLED = 1e-3
 _NOTHING = 2.0**-100  # fraction of the profile's length, which is arbitrary for a cone
-_EXTENSIONS = 60
 
 
 @dataclass(frozen=True)
@@ -261,13 +257,13 @@ def _follow(springs: Springs, work: float, control: str, loads: np.ndarray) -> _
     profile, modulus = springs.profile, springs.effective_modulus
     stretch = 2 * (np.pi * work / modulus)  # l(a)^2/a
     reach, top = profile.length * 2.0**-20, max(float(loads.max()), 0.0)
-    for _ in range(_ROUNDS):
+    for _ in range(200):
         edge = np.sqrt(stretch * reach)
         if control == "penetration":
             grown = float(profile.contact_radius(top + edge))
         else:
             grown = continuum_radius(profile, top / modulus + 2 * reach * edge)
-        settled = abs(grown - reach) <= _SETTLED * grown
+        settled = abs(grown - reach) <= 1e-3 * grown
         reach = grown
         if reach < _NOTHING * profile.length:
             raise ValueError(
@@ -277,7 +273,7 @@ def _follow(springs: Springs, work: float, control: str, loads: np.ndarray) -> _
         if settled:
             break
     spacing = reach / springs.per_radius if springs.spacing is None else springs.spacing
-    for _ in range(_EXTENSIONS):
+    for _ in range(60):
         way = _Contact(springs, spacing, reach, work, _CONTROLS[control])
         try:
             for load in loads:
@@ -301,7 +297,7 @@ class _Contact:
         # Beyond the tip and every breakpoint b the profile may rise as a fractional power of x - b,
         # which cubics approximate poorly near folds: knots at b + 4 dx/2^(k/2) are added there
         profile = springs.profile
-        steps = 4 * spacing * 0.5 ** (np.arange(_GRADES) / 2)
+        steps = 4 * spacing * 0.5 ** (np.arange(40) / 2)
         marks = np.array([0.0, *(b for b in profile.breakpoints if b < reach)])
         graded = np.concatenate([marks[1:], (marks[:, None] + steps).ravel()])
         graded = graded[graded < min(profile.edge, reach + spacing)]

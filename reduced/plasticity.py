@@ -171,9 +171,6 @@ def _radius(profile: Profile, x: np.ndarray) -> np.ndarray:
     return 1 / np.asarray(curvature, dtype=float)
 
 
-_ROUNDS = 200
-
-
 class ZunkerKamrin:
     """An elastic-perfectly plastic ball by Zunker & Kamrin (2024, J. Mech. Phys. Solids).
 
@@ -196,7 +193,7 @@ class ZunkerKamrin:
         self._sphere, self._reach = sphere, radius if sphere else np.inf
         # where the mean pressure of Hertz's contact is p_Y
         self.yields_at = 0.0
-        for _ in range(_ROUNDS):
+        for _ in range(200):
             mean = 3 * np.pi * self.pressure(self.yields_at) / (4 * self.modulus)
             before, self.yields_at = self.yields_at, float(mean**2 * self.radius)
             if abs(self.yields_at - before) <= 1e-14 * self.yields_at:
@@ -262,8 +259,6 @@ class ZunkerKamrin:
 
 # Penetrations and deflections that agree so well are the same.
 _SAME = 1e-6
-# How often a penetration is doubled until the springs carry a force.
-_DOUBLINGS = 60
 
 
 @dataclass(frozen=True)
@@ -395,7 +390,7 @@ class _YieldingLine:
             return float(pressed.force[0, 0]) - force
 
         high = least
-        for _ in range(_DOUBLINGS):
+        for _ in range(60):
             high *= 2
             if excess(high) >= 0:
                 return float(brentq(excess, least * (1 - 1e-9), high, xtol=1e-12 * high))

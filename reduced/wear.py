@@ -31,7 +31,6 @@ from reduced.rough.regions import RULES, line_stress
 # k E* ds/dx of a step; twice the one at which steps begin to swing.
 _STEP = 0.5
 MOST_STEPS = 200_000
-CONTROLS = ("penetration", "force")
 Wear = tuple[np.ndarray, float]
 """Of a body, per unit of k and of the path: depths (m Pa), and the volume (m N)."""
 LineRule = Literal["own_curvature", "one_radius"]
@@ -91,7 +90,7 @@ def wear(
     """
     faults = positive_faults(effective_modulus=effective_modulus, coefficient=coefficient)
     refuse(faults + list_faults(increasing=True, distances=distances))
-    control, prescribed = load.one_of(*CONTROLS), load.single()
+    control, prescribed = load.one_of("penetration", "force"), load.single()
     modulus = effective_modulus
 
     def pressed(worn: np.ndarray) -> tuple[float, float]:

@@ -24,8 +24,6 @@ from reduced.profiles.section import Profile
 from reduced.springs.indent import indent
 from reduced.springs.line import Springs
 
-CONTROLS = ("penetration", "force")
-_ITERATIONS = 100
 _ROUNDING = 4 * np.finfo(float).eps
 _STALLED = 1e-12  # below this, a residual that stops decreasing is rounding of the sums
 
@@ -88,7 +86,7 @@ def indent_in_time(springs: RelaxingSprings, time: ArrayLike, path: LoadPath) ->
     >>> np.round(held.force * 1e3, 6)  # (4/3) E* sqrt(R) d^1.5, then exp(-t/tau) of it
     array([1.333333, 0.180447])
     """
-    forced = path.one_of(*CONTROLS) == "force"
+    forced = path.one_of("penetration", "force") == "force"
     law, values = springs.modulus, path.values
     times = np.array(time, dtype=float, ndmin=1)
     wrong = []
@@ -167,7 +165,7 @@ def _depth_under(
         stiffness += law.viscosity / duration
     low, high, depth = -np.inf, np.inf, guess
     history: list[float] = []
-    for _ in range(_ITERATIONS):
+    for _ in range(100):
         force, length, _ = row.trial(depth, duration)
         history.append(abs(force / target - 1))
         stalled = history[-1] < _STALLED and len(history) > 1 and history[-1] >= history[-2]

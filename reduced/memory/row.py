@@ -106,8 +106,6 @@ def catch(law, arms, modes):
     modes[:] = 0.0
 
 
-_ALTERNATIONS = 8
-_HALVINGS = 80
 # Share of the heights below which a gap or a deflection is rounding: a spring that the body just
 # reaches is in contact and stays so at rest, in all units of length; in nodal sums it is left out.
 _TIE = 1e-12
@@ -240,7 +238,7 @@ def _alternate(law, step, height, row, i, tie, pull):
     """
     arms, modes = row.arms[i], row.modes[i]
     begin, event, left = 0.0, -1.0, 0.0
-    for _ in range(_ALTERNATIONS):
+    for _ in range(8):
         first = _margin(law, step, height, row, i, begin, 0.0)
         last = _margin(law, step, height, row, i, begin, 1.0 - begin)
         if last >= (-pull if row.touching[i] else tie):
@@ -248,7 +246,7 @@ def _alternate(law, step, height, row, i, tie, pull):
         # the last fraction after `begin` with a force or gap >= 0, by bisection
         share, high = 0.0, 1.0 - begin
         if first > 0:
-            for _ in range(_HALVINGS):
+            for _ in range(80):
                 middle = 0.5 * (share + high)
                 if not share < middle < high:
                     break

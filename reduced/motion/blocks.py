@@ -99,8 +99,6 @@ SCHEMES = (*_EXPLICIT, *_IMPLICIT)
 """Explicit schemes need `stable_step`; implicit ones permit any step."""
 
 _EPSILON = float(np.finfo(float).eps)
-_SWEEPS = 10_000
-_NEWTON = 200
 
 
 class System(NamedTuple):
@@ -290,7 +288,7 @@ def _implicit(theta, system, v0, x, v, h, steps, stride, records):
         for i in range(n):
             for j in range(n):
                 right[i] -= h * stiffness[i, j] * x[j]
-        for _ in range(_SWEEPS):
+        for _ in range(10_000):
             change, size = 0.0, 0.0
             for i in range(n):
                 remainder = right[i] - matrix[i, i] * belt[i]
@@ -302,7 +300,7 @@ def _implicit(theta, system, v0, x, v, h, steps, stride, records):
                 # the root of the tangent at w = 0, until rounding stops it
                 a, b, goal = matrix[i, i], impulse[i], abs(remainder)
                 w = max((goal - b) / a, goal / (a + 2.0 / np.pi * b / v0))
-                for _ in range(_NEWTON):
+                for _ in range(200):
                     evaluations += 1
                     ratio = w / v0
                     excess = goal - a * w - 2.0 / np.pi * b * np.arctan(ratio)

@@ -61,7 +61,6 @@ _CUBE_ROOT = 2.0 ** (1 / 3)
 _YOSHIDA = (1 / (2 - _CUBE_ROOT), -_CUBE_ROOT / (2 - _CUBE_ROOT), 1 / (2 - _CUBE_ROOT))
 _NODES, _WEIGHTS = (tuple(map(float, part)) for part in gauss_legendre(4))
 _EPSILON = float(np.finfo(float).eps)
-_NEWTON = 100
 
 
 @dataclass(frozen=True)
@@ -288,7 +287,7 @@ def _implicit_position(contact, mass, push, x, v, h, out):
     low, high = free - gain * max(start_force, out[1, 0]), free
     y, used = free - gain * start_force, 2
     scale = abs(x) + abs(h * v) + abs(free)
-    for _ in range(_NEWTON):
+    for _ in range(100):
         # the mean of F between x and y, (U(y) - U(x))/(y - x), and its derivative in y; close to x,
         # where digits cancel, by a Gauss rule
         _law(contact, y, out)

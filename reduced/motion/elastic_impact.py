@@ -11,12 +11,9 @@ from reduced.profiles.section import Profile
 from reduced.springs.indent import fall
 from reduced.springs.line import Springs
 
-_ITERATIONS = 200
-_NODES = 48
 _NEAR = 0.02  # fraction of the depth in which energy differences lose digits
 
 
-_MARGIN = 1.01
 _LEAST, _MOST = 1e-150, 1e150  # beyond this, energies exceed the range of floating point
 
 
@@ -69,7 +66,7 @@ def impact_depth(
     depth, factor = float(profile.length), 4.0
     while stops(depth) and depth > _LEAST:
         depth /= factor
-    while factor > _MARGIN:
+    while factor > 1.01:
         while not stops(depth):
             depth *= factor
             if not depth < _MOST:
@@ -115,7 +112,7 @@ def strike(springs: Springs, mass: float, velocity: ArrayLike) -> ElasticImpact:
     law = SpringContact(springs, deepest)
     # the turning points, by Newton's method from the deep side, where U(d) is convex
     depth = np.full(energy.shape, deepest)
-    for _ in range(_ITERATIONS):
+    for _ in range(200):
         short = law.respond(depth)[1] < energy
         if not short.any():
             break
@@ -126,7 +123,7 @@ def strike(springs: Springs, mass: float, velocity: ArrayLike) -> ElasticImpact:
         return (stored - energy) / force
 
     depth = fall(step, depth, "the largest penetration was not found")
-    nodes, weights = gauss_legendre(_NODES)
+    nodes, weights = gauss_legendre(48)
     angle = np.pi / 2 * nodes
     approach = depth[:, None] * np.cos(angle) ** 2  # d - x, without cancellation
     x = depth[:, None] * np.sin(angle) ** 2

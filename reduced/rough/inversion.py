@@ -26,7 +26,6 @@ _PROMISING_CUT, _PROMISING_WHOLE = 1e-5, 1e-7
 _COARSE, _LADDER = 16, 64
 _PIECE = 64  # points
 _LOWEST, _HIGHEST, _SUM = range(3)  # of a piece
-_NEWTON = 100
 _PHI, _LENGTH, _RATE, _CELLS, _TOTAL = range(5)  # of `_add_up`
 _BOLD = 8  # steps that also use the rate of the contact length; plain Newton steps always converge
 
@@ -155,7 +154,7 @@ def _refine(depth, pieces, goals, mean, ends, enough, d):
     n, k = depth.size, goals.size
     sums = np.empty((k + 1, 5))
     levels, last, loads = np.empty(k), np.full(k, np.inf), np.arange(k)
-    for iteration in range(_NEWTON):
+    for iteration in range(100):
         for i in range(1, loads.size):  # by insertion: nearly ordered
             load, j = loads[i], i
             while j > 0 and d[loads[j - 1]] > d[load]:

@@ -24,11 +24,9 @@ from reduced.memory.materials import Prony
 from reduced.memory.row import SpringLaw, catch, law_of, let_go, recover
 from reduced.rough.press import RoughLines
 
-CONTROLS = ("force", "penetration")
 FORCE, WORK, LOSS, LENGTH, SQUARES, COUNT = range(6)
 
 _SPRING = 4.0  # (19.30) at nu = 1/2
-_PERIODS = 60
 _TINY = 2.0**-46  # largest change of the state over a period, relative to the deflection
 _ROUNDS, _HALVINGS = 200, 60
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
@@ -90,7 +88,7 @@ def slide(lines: RoughLines, material: Prony, speed: ArrayLike, load: LoadPath) 
         wrong.append(f"loads must be one, or one per speed ({speeds.size}), got {load.values.size}")
     refuse(wrong)
     loads = np.broadcast_to(load.values, speeds.shape)
-    forced = load.one_of(*CONTROLS) == "force"
+    forced = load.one_of("force", "penetration") == "force"
     depth, sums = np.empty((len(lines), speeds.size)), np.empty((6, len(lines), speeds.size))
     for row, k in np.ndindex(depth.shape):
         law = law_of(material, float(speeds[k]))
@@ -140,7 +138,7 @@ def _steady(
                 )
             return sums
         history = []
-        for _ in range(_PERIODS):
+        for _ in range(60):
             end = begin.copy()
             sums, _ = passed(depth, end)
             change = end - begin

@@ -10,9 +10,6 @@ from reduced.profiles.quadrature import gauss_legendre
 from reduced.profiles.section import Curve, Profile, invert
 from reduced.springs.line import Springs
 
-CONTROLS = ("penetration", "force")
-_NEWTON = 200
-
 
 @dataclass(frozen=True)
 class Indentation:
@@ -42,7 +39,11 @@ def indent(springs: Springs, load: Load) -> Indentation:
     >>> np.round(hertz.force, 6)  # (4/3) E* sqrt(R) d^1.5
     array([0.166667, 1.333333])
     """
-    control, loads, modulus = load.one_of(*CONTROLS), load.values, springs.effective_modulus
+    control, loads, modulus = (
+        load.one_of("penetration", "force"),
+        load.values,
+        springs.effective_modulus,
+    )
     if control == "penetration":
         largest = float(springs.profile.contact_radius(loads[-1]))
     else:
@@ -77,7 +78,7 @@ def fall(step: Curve, start: np.ndarray, failure: str) -> np.ndarray:
     ConvergenceError if it does not.
     """
     d, history = start, list[float]()
-    for _ in range(_NEWTON):
+    for _ in range(200):
         way = step(d)
         history.append(float(np.max(np.abs(way) / d)))
         d = d - way

@@ -20,10 +20,8 @@ from reduced.profiles.quadrature import gauss_legendre
 from reduced.profiles.section import Profile
 
 _MARGIN = 4  # extra springs beyond the largest contact radius, for inverted loads
-_WALL_STEPS = 80
 # Exact for the square of a cubic.
 _NODES, _WEIGHTS = (tuple(map(float, part)) for part in gauss_legendre(4))
-_EDGE_STEPS = 80
 _EPSILON = float(np.finfo(float).eps)
 
 
@@ -133,7 +131,7 @@ class SmoothLine:
             places = [x[x < wall] for x in places]
             for half, x in enumerate(places):
                 beyond, step = max(largest, x[-1]), largest
-                for _ in range(_WALL_STEPS):
+                for _ in range(80):
                     step /= 2
                     if np.isfinite(profile.height(np.array([beyond + step])))[0]:
                         places[half] = np.append(x, beyond + step)
@@ -225,7 +223,7 @@ def respond(half: Half, d: np.ndarray, out: np.ndarray) -> None:
         if d[k] <= heights[-1]:  # the contact edge in the cell, by bracketed Newton steps
             goal, low, high = (d[k] - base) / rise, 0.0, 1.0
             part = goal
-            for _ in range(_EDGE_STEPS):
+            for _ in range(80):
                 value, slope = rise_and_slope(start, end, part)
                 if value < goal:
                     low = part

@@ -18,7 +18,6 @@ from reference.arrays import Array
 from reference.errors import ConvergenceError, positive_faults, refuse
 
 _EPSILON = float(np.finfo(float).eps)
-_SWEEPS = 10_000
 
 
 class Blocks:
@@ -260,7 +259,7 @@ def _march(  # noqa: PLR0913
         # Coulomb's law, by non-smooth Gauss-Seidel sweeps: the velocities minimise a strictly
         # convex function, for which they converge (Jean 1999)
         settled = False
-        for _ in range(_SWEEPS):
+        for _ in range(10_000):
             change, size = 0.0, 0.0
             for i in range(n):
                 drive = free[i] - matrix[i, i] * belt[i]

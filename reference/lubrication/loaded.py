@@ -20,7 +20,6 @@ from reference.lubrication.reynolds import Film, FilmCells, FilmState, Transport
 
 # Of its thickness anywhere, the film keeps at least this share in one step of Newton's method.
 _KEPT = 0.35
-_ROUNDS = 30
 # Steps of GMRES after which the factorisation is renewed, and most of them.
 _PATIENCE, _MOST = 25, 60
 # Cells that may rupture or heal before it is renewed.
@@ -118,7 +117,7 @@ class LoadedFilm:
         history: list[float] = []
         factored: Array | None = None
         counts: list[float] = []
-        for rounds in range(_ROUNDS):
+        for rounds in range(30):
             # Balances of mass and of forces. Mass is compared with what flows through a cell: far
             # out, where the gap is wide, pressures that are zero to round-off drive more than the
             # surfaces carry.

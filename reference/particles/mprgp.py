@@ -21,7 +21,6 @@ Resist = Callable[[Array], Array]
 # A projected gradient step shorter than 2 / |K| lowers the energy; a norm from power iteration is a
 # little too small.
 STEP, MARGIN = 1.9, 1.05
-POWERS = 40
 MOST_STEPS = 20_000
 
 
@@ -49,7 +48,7 @@ def largest_stiffness(resist: Resist, size: int) -> float:
     """
     vector = np.random.default_rng(0).normal(size=size)
     largest = 0.0
-    for _ in range(POWERS):
+    for _ in range(40):
         vector = resist(vector / np.linalg.norm(vector))
         largest = float(np.linalg.norm(vector))
     return MARGIN * largest

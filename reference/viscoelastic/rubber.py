@@ -31,7 +31,6 @@ from reference.viscoelastic.travelling import Travelling
 LIMIT = 9000
 """Largest number of contact cells for a factorisation: 650 MB and about 20 s."""
 
-_ROUNDS = 400  # contact sets at most
 _COARSEST = 12  # smallest number of cells per side for a coarser grid
 _ROUNDING = 1e-11  # tolerated overlap and tension, relative to penetration and largest pressure
 
@@ -207,7 +206,7 @@ def _settled(cells: _Cells, start: Mask, load: Load) -> Pivoted:
         changes=partial(_foremost, cells.width),
         patience=np.inf,  # a front moves on while as many cells are wrong as before
         rounding=_ROUNDING,
-        max_rounds=_ROUNDS,
+        max_rounds=400,
     )
 
 
