@@ -26,7 +26,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike
 
-from reduced.errors import positive_faults, refuse
+from reduced.errors import finite_faults, positive_faults, refuse
 from reduced.friction.slide import Friction
 from reduced.loads import Load
 from reduced.profiles.section import bisect
@@ -127,8 +127,7 @@ def roll_rough(
     """
     gap, heights = np.asarray(gap, dtype=float), np.asarray(roughness, dtype=float)
     wrong = positive_faults(spacing=spacing, effective_modulus=effective_modulus, force=force)
-    if not np.isfinite(creep):
-        wrong.append(f"creep must be finite, got {creep!r}")
+    wrong += finite_faults(creep=creep)
     if gap.ndim != 1 or heights.ndim != 1 or not 2 <= gap.size <= heights.size:
         wrong.append(
             "gap and roughness must be lists, the latter at least as long, got shapes "

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import nnls
 
-from reduced.errors import poisson_faults, positive_faults, refuse
+from reduced.errors import nonnegative_faults, poisson_faults, positive_faults, refuse
 
 _ROUNDING = 1e-12  # fraction of a datum that least squares cannot resolve
 
@@ -163,11 +163,7 @@ def prony(
     [3.0, 3.0]
     """
     arms, decay = np.asarray(moduli, dtype=float), np.asarray(times, dtype=float)
-    wrong = [
-        f"{name} must be finite and >= 0, got {value!r}"
-        for name, value in (("long_term", long_term), ("viscosity", viscosity))
-        if not (np.isfinite(value) and value >= 0)
-    ]
+    wrong = nonnegative_faults(long_term=long_term, viscosity=viscosity)
     if arms.ndim != 1 or arms.shape != decay.shape:
         wrong.append(f"moduli and times must be lists of one length, got {moduli!r}, {times!r}")
     if not (np.isfinite(arms).all() and (arms >= 0).all()):

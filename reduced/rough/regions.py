@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reduced.errors import choice_faults, positive_faults, refuse
+from reduced.errors import choice_faults, finite_faults, positive_faults, refuse
 from reduced.loads import EDGES
 from reduced.rough.press import RoughLines
 
@@ -46,10 +46,7 @@ def regions(line: RoughLines, penetration: float, *, edges: str = "sub_cell") ->
     array([1.])
     """
     h, spacing, periodic = line.single(), line.spacing, line.periodic
-    wrong = choice_faults("edges", edges, EDGES)
-    if not np.isfinite(penetration):
-        wrong.append(f"penetration must be finite, got {penetration!r}")
-    refuse(wrong)
+    refuse(choice_faults("edges", edges, EDGES) + finite_faults(penetration=penetration))
     n = h.size
     delta = h - h.max() + penetration
     touching = delta > 0

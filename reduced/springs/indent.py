@@ -67,7 +67,7 @@ def indent(springs: Springs, load: Load) -> Indentation:
         stiffness=modulus * length,
         energy=modulus * reduced_energy,
         spacing=line.spacing,
-        springs=line.count_springs(d[-1]),
+        springs=round(length[-1] / line.spacing),
     )
 
 

@@ -105,19 +105,16 @@ class NodalLine:
         index = np.minimum(np.searchsorted(force, goal, side="left") + 1, self.heights.size)
         return (goal / self.spacing + self.sums[index]) / index
 
-    def count_springs(self, d: float) -> int:
-        """Springs in contact at penetration d."""
-        return int(np.searchsorted(self.heights, d, side="left"))
-
 
 class SmoothLine:
     """Springs joined by the monotone cubic through heights and slopes, with edges inside cells."""
 
     def __init__(self, profile: Profile, spacing: float, offset: float, largest: float) -> None:
         self.spacing = spacing
-        self.springs = [_springs(spacing, o, largest) for o in (offset, 1 - offset)]
         places = []
-        for springs in self.springs:  # knots: springs, the axis, breakpoints, a sharp edge
+        for place in (offset, 1 - offset):
+            springs = _springs(spacing, place, largest)
+            # knots: springs, the axis, breakpoints, a sharp edge
             x = springs if springs[0] == 0 else np.concatenate([[0.0], springs])
             marks = [b for b in profile.breakpoints if b < springs[-1]]
             if profile.edge <= springs[-1]:
@@ -162,15 +159,6 @@ class SmoothLine:
         beyond = index == knots.size
         last = np.minimum(index, knots.size - 1)
         return np.where(beyond, knots[-1] + (goal - force[-1]) / length[-1], knots[last])
-
-    def count_springs(self, d: float) -> int:
-        """Springs in contact at penetration d."""
-        count = 0
-        for half, springs in zip(self.halves, self.springs, strict=True):
-            out = np.zeros((3, 1))
-            respond(half, np.array([d]), out)
-            count += int(np.searchsorted(springs, out[0, 0]))
-        return count
 
 
 def _springs(spacing: float, offset: float, largest: float) -> np.ndarray:

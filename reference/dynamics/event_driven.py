@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 
 from reference.arrays import Array
 from reference.dynamics.coulomb import Blocks
-from reference.errors import ConvergenceError
+from reference.errors import ConvergenceError, positive_faults, refuse
 
 # Samples per shortest period, enough not to miss two extrema of a sum of harmonics between samples.
 _SAMPLES = 32
@@ -107,8 +107,7 @@ def follow(
     >>> sled.events, round(float(sled.at(10.0)[0][0, 0]), 12)  # v^2/(2 mu g)
     (array([4.]), 4.0)
     """
-    if not (np.isfinite(duration) and duration > 0):
-        raise ValueError(f"duration must be finite and positive, not {duration!r}")
+    refuse(positive_faults(duration=duration))
     x, v = blocks.initial_state(position, velocity)
     system, length, unit = _in_natural_units(blocks, x, v, duration)
     n = x.size

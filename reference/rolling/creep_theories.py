@@ -207,10 +207,6 @@ def _strips(rates, cells):
     return along, across, stick
 
 
-_CELLS = (10, 14, 20)
-_ONE_OF_EACH = (Creep(1.0), Creep(0.0, 1.0), Creep(0.0, 0.0, 1.0))
-
-
 @dataclass(frozen=True)
 class CreepCoefficients:
     """Coefficients on several grids, and their limit."""
@@ -239,7 +235,7 @@ class CreepCoefficients:
 
 
 def creep_coefficients(
-    poisson_ratio: float, axis_ratio: float, cells: tuple[int, ...] = _CELLS
+    poisson_ratio: float, axis_ratio: float, cells: tuple[int, ...] = (10, 14, 20)
 ) -> CreepCoefficients:
     """Return C11, C22, C23 and C33 of the half-space.
 
@@ -326,8 +322,10 @@ def on_grid(
     y = (np.arange(-half[1], half[1]) + 0.5) * side
     inside = (x[:, None] / a) ** 2 + (y / b) ** 2 < 1
     flow, stuck = Upstream(surface(inside.shape, side), inside.shape), np.where(inside, np.inf, 0.0)
-    slips = [rigid_slip(creep, inside.shape, (side, side)) for creep in _ONE_OF_EACH]
-    along, across, spin = (steady(flow, stuck, slip).traction for slip in slips)
+    along, across, spin = (
+        steady(flow, stuck, rigid_slip(Creep(*one), inside.shape, (side, side))).traction
+        for one in np.eye(3).tolist()
+    )
     turning = (spin[1] * x[:, None] - spin[0] * y).sum()
     forces = np.array([along[0].sum(), across[1].sum(), spin[1].sum(), turning])
     # F = C 2 G c^2, c^3 or c^4
