@@ -227,24 +227,14 @@ def roll(
     return steps()
 
 
-@dataclass(frozen=True)
-class TransientStep:
-    """The state after a step of one cell; traction (2, nx, ny)."""
-
-    force: float
-    tangential_force: float
-    lateral_force: float
-    traction: Array = field(repr=False)
-
-
 def roll_on(
     body: NormalAndTangential,
     pressures: Iterable[Array],
     friction: float,
     creep: Creep,
     start: Array | None = None,
-) -> Iterator[TransientStep]:
-    """Roll by one cell per pressure, without coupling to normal displacements.
+) -> Iterator[Array]:
+    """Yield the tractions (2, nx, ny) of a roll by one cell per pressure, uncoupled from these.
 
     The pressure is the same one in every step for a smooth roller, `pressed` for a rough one;
     `start` has the tractions (2, nx, ny) before the first step, such as Cattaneo's.
@@ -261,13 +251,7 @@ def roll_on(
         carried[:, :-1] = displacement[:, 1:]
         solved = slide(grid, bound, carried + rigid, start=traction, tolerance=_STEP_ERROR)
         traction, displacement = solved.traction, solved.displacement
-        along, across = traction.sum(axis=(1, 2)) * body.cell_area
-        yield TransientStep(
-            force=float(pressure.sum() * body.cell_area),
-            tangential_force=float(along),
-            lateral_force=float(across),
-            traction=traction,
-        )
+        yield traction
 
 
 def pressed(

@@ -161,13 +161,14 @@ def rolling_steady(
     field[0] = creep.along
     end = steady(Upstream(body, body.shape), bound, field).traction
     steps = int(np.ceil(way * cells))
-    moments = list(roll_on(body, repeat(pressure, steps), _FRICTION, creep, held.traction))
+    tractions = list(roll_on(body, repeat(pressure, steps), _FRICTION, creep, held.traction))
     scale = float(np.abs(end).max())
-    left = [float(np.abs(moment.traction - end).max()) / scale for moment in moments]
-    limit = _FRICTION * moments[-1].force
+    left = [float(np.abs(traction - end).max()) / scale for traction in tractions]
+    limit = _FRICTION * float(pressure.sum() * body.cell_area)
+    last = float(tractions[-1].sum(axis=(1, 2))[0] * body.cell_area)
     details = {
         "F_x/(mu F) at the start": share,
-        "F_x/(mu F) in the end": moments[-1].tangential_force / limit,
+        "F_x/(mu F) in the end": last / limit,
         "F_x/(mu F) of the steady state": float(end[0].sum() * body.cell_area) / limit,
         "difference after a contact radius": left[cells - 1],
     }
@@ -235,7 +236,8 @@ def rolling_rough(
         heights = surface.heights(number)
         way = np.concatenate([heights, heights])
         fields = pressed(body, gap, way, load, 1e-4)
-        forces = [m.tangential_force for m in roll_on(body, fields, _FRICTION, Creep(creep))]
+        tractions = roll_on(body, fields, _FRICTION, Creep(creep))
+        forces = [q.sum(axis=(1, 2))[0] * body.cell_area for q in tractions]
         # the mean over a period; the first half of the way forgets that there was no traction
         balls.append(np.mean(forces[n // 2 :]))
     true = np.array(balls)
