@@ -31,9 +31,8 @@ class Indenter(SceneTable):
 
     def made_by(self, room: ModuleType, **more: float) -> Any:
         """Return what a module's public function of the shape's name makes; None without one."""
-        if self.shape not in room.__all__:
-            return None
-        return getattr(room, self.shape)(**self.parameters, **more)
+        make = getattr(room, self.shape, None)
+        return make(**self.parameters, **more) if callable(make) else None
 
     @property
     def regular(self) -> bool:
