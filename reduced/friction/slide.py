@@ -325,7 +325,7 @@ _PLACE, _GAP, _TRACTION, _IS_POINT = range(4)  # of a knot; whether it is a poin
 
 
 def _split(knots: np.ndarray, zero: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Insert knots where a function, linear between knots, is zero; return all, and which are."""
+    """Insert knots where a function, linear in between, is zero; return all, and where they are."""
     sign = np.sign(zero)
     first = np.flatnonzero(sign[:-1] * sign[1:] < 0)
     share = zero[first] / (zero[first] - zero[first + 1])
