@@ -9,6 +9,7 @@ Tables are CSV with every digit, arrays are npz that nobody ever unpickles, docu
 from __future__ import annotations
 
 import errno
+import io
 import math
 import os
 import re
@@ -130,7 +131,14 @@ def table_text(table: pd.DataFrame) -> str:
 
 def write_arrays(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
     """Write named arrays as a compressed npz, atomically."""
-    write_atomically(path, lambda stream: np.savez_compressed(stream, allow_pickle=False, **arrays))
+    packed = io.BytesIO()  # which is there still when an interrupted archive closes itself
+    try:
+        np.savez_compressed(packed, allow_pickle=False, **arrays)
+    except ValueError as error:
+        if isinstance(error.__context__, KeyboardInterrupt):  # a member was just being opened
+            raise KeyboardInterrupt from error
+        raise
+    write_atomically(path, lambda stream: stream.write(packed.getbuffer()))
 
 
 def read_arrays(path: Path) -> dict[str, np.ndarray]:

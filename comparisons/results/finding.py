@@ -276,7 +276,7 @@ def _cost(group: list[_Standing]) -> str:
         return f"no need: the 3-D solver is cheaper ({solver} against {_range(own)})"
     # One digit: times of milliseconds repeat to some tens of per cent.
     ends = dict.fromkeys(fmt.number(ratio, 1) for ratio in (min(ratios), max(ratios)))
-    return f"{_range(own)}, 3-D takes ≈ {' to '.join(ends)} ×"
+    return f"{_range(own)}, 3-D takes ≈ {' to '.join(ends)}\u00a0×"
 
 
 def _range(settings: Sequence[Setting]) -> str:

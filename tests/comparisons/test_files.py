@@ -1,15 +1,24 @@
 """Files are whole or not there; what is no file is written through, never replaced."""
 
+import gc
 import os
 import stat
 import subprocess
 import sys
 import threading
+import zipfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from comparisons.files import write_atomically, write_named, write_named_text, write_text
+from comparisons.files import (
+    write_arrays,
+    write_atomically,
+    write_named,
+    write_named_text,
+    write_text,
+)
 from roughline.commands.app import run_command
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -27,6 +36,22 @@ def test_a_failure_while_writing_leaves_the_old_file_and_no_other(tmp_path):
         write_atomically(path, half)
     assert path.read_text() == "old"
     assert os.listdir(tmp_path) == ["file.txt"]
+
+
+def test_an_interrupt_while_arrays_are_packed_is_an_interrupt(tmp_path, monkeypatch):
+    """Not a complaint of the archive that a member is still open, nor of a closed file later."""
+    whole = zipfile.ZipFile.open
+
+    def interrupted(archive, *arguments, **options):
+        member = whole(archive, *arguments, **options)
+        assert member
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(zipfile.ZipFile, "open", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        write_arrays(tmp_path / "a.npz", {"x": np.zeros(3)})
+    gc.collect()  # what a destructor complains of fails a test
+    assert not list(tmp_path.iterdir())
 
 
 def test_files_are_readable_by_others(tmp_path):

@@ -116,7 +116,7 @@ const findingOf = (method) => {
     const ratios = pairs.map((one) => one.solver.seconds / one.own.seconds).sort((a, b) => a - b);
     const own = timesOf(group.map((one) => one.own).filter(Boolean));
     const cost = ratios.length && ratios[ratios.length - 1] < 1
-      ? `no need: the 3-D solver is cheaper (${timesOf(pairs.map((one) => one.solver))} against ${own})` : own + (ratios.length ? `, 3-D takes ≈ ${ends(ratios.map(oneDigit))} ×` : "");
+      ? `no need: the 3-D solver is cheaper (${timesOf(pairs.map((one) => one.solver))} against ${own})` : own + (ratios.length ? `, 3-D takes ≈ ${ends(ratios.map(oneDigit))}\u00a0×` : "");
     const chosen = group.map((one) => one.exact ?? one.other).filter(Boolean);
     const titles = new Set(chosen.map((one) => one.truth && !one.ranked ? judging.exact : one.title));
     const left = group.length - chosen.length;

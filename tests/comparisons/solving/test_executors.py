@@ -8,6 +8,7 @@ import signal
 import sys
 import time
 from concurrent.futures import Future
+from itertools import combinations
 
 import psutil
 import pytest
@@ -154,18 +155,26 @@ def test_an_exception_of_the_work_is_raised_and_the_next_run_works():
 
 
 @pytest.mark.slow
-def test_what_does_not_fit_side_by_side_runs_one_after_the_other():
+def test_what_does_not_fit_side_by_side_runs_one_after_the_other(tmp_path):
     """Three jobs of 6 GB where 10 may be handed out; small ones pass beside a large one."""
+
+    def large(name):  # goes on when a small one has passed
+        start = time.time()
+        while not (tmp_path / "passed").exists() and time.time() < start + 60:
+            time.sleep(0.02)
+        return start, time.time(), (tmp_path / "passed").exists()
+
+    def small(name):
+        (tmp_path / "passed").touch()
+
     jobs = [
-        *(Job(f"large {k}", interval(), (0.4,), 6 * GB) for k in range(3)),
-        *(Job(f"small {k}", interval(), (0.2,), 0.1 * GB) for k in range(3)),
+        *(Job(f"large {k}", large, (k,), 6 * GB) for k in range(3)),
+        *(Job(f"small {k}", small, (k,), 0.1 * GB) for k in range(3)),
     ]
     collection = collected(ProcessExecutor(2, memory=10 * GB), jobs)
-    times = {key: done.value for key, done in collection.items()}
-    for one, other in ((0, 1), (0, 2), (1, 2)):
-        assert not overlap(times[f"large {one}"], times[f"large {other}"])
-    pairs = [(f"small {k}", f"large {j}") for k in range(3) for j in range(3)]
-    assert any(overlap(times[one], times[other]) for one, other in pairs)
+    times = [collection[f"large {k}"].value for k in range(3)]
+    assert not any(overlap(one, other) for one, other in combinations(times, 2))
+    assert all(passed for *_, passed in times)
 
 
 def test_what_is_larger_than_the_machine_runs_alone():
