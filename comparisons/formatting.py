@@ -38,18 +38,7 @@ _GREEK = {
     "theta": "θ",
 }
 _LETTER = re.compile(rf"(?<![\w-])({'|'.join(_GREEK)})(?=\d?(?:_\w+)?(?![\w-]))")
-_PREFIXES = {
-    -5: "f",
-    -4: "p",
-    -3: "n",
-    -2: "µ",
-    -1: "m",
-    0: "",
-    1: "k",
-    2: "M",
-    3: "G",
-    4: "T",
-}
+_PREFIXES = {-5: "f", -4: "p", -3: "n", -2: "µ", -1: "m", 0: "", 1: "k", 2: "M", 3: "G", 4: "T"}
 
 
 @dataclass(frozen=True)

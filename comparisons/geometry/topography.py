@@ -137,10 +137,7 @@ def read_map(path: Path, surface: MeasuredMap) -> TreatedMap:
             )
     heights.setflags(write=False)
     return TreatedMap(
-        heights=heights,
-        size=file.size,
-        treatment=tuple(treatment),
-        periodic=periodic,
+        heights=heights, size=file.size, treatment=tuple(treatment), periodic=periodic
     )
 
 

@@ -199,11 +199,7 @@ def _columns(
 
 
 def _verdicts(
-    plan: Plan,
-    solved: Solved,
-    levels: Levels,
-    resolution: int,
-    truth: Truth | None,
+    plan: Plan, solved: Solved, levels: Levels, resolution: int, truth: Truth | None
 ) -> Iterator[Verdict]:
     """Yield the verdict on each quantity of a solution, at each equal load."""
     method, solution = levels.method, levels.solutions[resolution]

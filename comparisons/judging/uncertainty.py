@@ -108,10 +108,7 @@ LEAST, MOST = 1e-3, 10.0
 
 
 def grid_uncertainty(
-    resolutions: np.ndarray,
-    curves: np.ndarray,
-    *,
-    sizes: np.ndarray | None = None,
+    resolutions: np.ndarray, curves: np.ndarray, *, sizes: np.ndarray | None = None
 ) -> np.ndarray:
     """Return the relative uncertainty of the finest of several solutions, per load step.
 

@@ -170,11 +170,7 @@ class SingleResult:
             bins = edges(name, self.plan.scene, geometry)
             amount = last_histogram(self.solution, name)
             some = amount > 0
-            several[name] = {
-                "low": bins[:-1][some],
-                "high": bins[1:][some],
-                "amount": amount[some],
-            }
+            several[name] = {"low": bins[:-1][some], "high": bins[1:][some], "amount": amount[some]}
         return several
 
     def write_csv(self, path: Path) -> None:

@@ -20,14 +20,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, ParamSpec, TypeVar
 
 import numpy as np
-from pydantic import (
-    ConfigDict,
-    Field,
-    FiniteFloat,
-    PlainSerializer,
-    PlainValidator,
-    ValidationInfo,
-)
+from pydantic import ConfigDict, Field, FiniteFloat, PlainSerializer, PlainValidator, ValidationInfo
 
 from comparisons.errors import ResultsError
 from comparisons.facts.methods import (

@@ -43,10 +43,7 @@ RESULTS = "results.csv"
 DISTRIBUTIONS = "distributions.csv"
 STUDY = "study.json"
 # The tables that are read: what they hold, and the columns that they must have.
-TABLES = {
-    RESULTS: ("rows", rows.ROWS),
-    DISTRIBUTIONS: ("distributions", rows.DISTRIBUTIONS),
-}
+TABLES = {RESULTS: ("rows", rows.ROWS), DISTRIBUTIONS: ("distributions", rows.DISTRIBUTIONS)}
 # The column by which a row is known as its scene's.
 HASH = "scene_hash"
 # Beginnings of the columns of errors, bars and times.

@@ -15,13 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tomli_w
-from pydantic import (
-    Field,
-    ValidationError,
-    create_model,
-    field_validator,
-    model_validator,
-)
+from pydantic import Field, ValidationError, create_model, field_validator, model_validator
 
 from comparisons.errors import InputError
 from comparisons.facts.methods import is_known
@@ -34,10 +28,7 @@ from comparisons.scene.half_space import RELAXES, HalfSpace
 from comparisons.scene.indenters import AnyIndenter
 from comparisons.scene.loading import PATH, Loading
 from comparisons.scene.options import MethodOptions
-from comparisons.scene.physics.combinations import (
-    walks_a_path,
-    with_defaults,
-)
+from comparisons.scene.physics.combinations import walks_a_path, with_defaults
 from comparisons.scene.physics.tables import TABLES
 from comparisons.scene.problems import in_file, missing_files, table_problems
 from comparisons.scene.surface import SelfAffine, Surface

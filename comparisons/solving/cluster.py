@@ -156,11 +156,7 @@ class ClusterExecutor(Executor):
             contents = self._expected, announced(), job.work, job.arguments
             sealed = cloudpickle.dumps(contents)
             future = self._client.submit(
-                _opener(),
-                sealed,
-                key=f"{job.key}-{id(self):x}",
-                workers=chosen,
-                pure=False,
+                _opener(), sealed, key=f"{job.key}-{id(self):x}", workers=chosen, pure=False
             )
             self._running[future] = job
             flow.add(future)
@@ -248,10 +244,7 @@ def _opener() -> Callable[[bytes], tuple[Any, float] | _Refused]:
 
 
 def on_worker(
-    expected: dict[str, str],
-    methods: str,
-    work: Callable[..., Any],
-    arguments: Iterable[Any],
+    expected: dict[str, str], methods: str, work: Callable[..., Any], arguments: Iterable[Any]
 ) -> tuple[Any, float] | _Refused:
     """Do a job on a worker, if it is the same as the machine that asks (it may have come late)."""
     differing = differences(expected, identity(methods))

@@ -162,10 +162,7 @@ def ball_entries(law: CohesiveLaw, parameter: float, jkr_depth: float) -> tuple[
     except ConvergenceError:
         return "lost", "lost"
     force, depth = path.pull_off(), path.pull_off("penetration")
-    return (
-        f"{force[1] / -1.5:.4f}",
-        f"{-depth[0] / jkr_depth:.4f}" if depth else "no fold",
-    )
+    return (f"{force[1] / -1.5:.4f}", f"{-depth[0] / jkr_depth:.4f}" if depth else "no fold")
 
 
 # %% [markdown]

@@ -332,9 +332,7 @@ def forced() -> list[list[str]]:
     for share in (0.001, 0.03, 0.1, 0.15, 0.2, 0.3):
         start = time.process_time()
         true = vibration.forced_vibration(
-            *(BALL, 1.0, damping, LOAD, share * LOAD, 1.0),
-            periods=80,
-            tolerance=1e-9,
+            *(BALL, 1.0, damping, LOAD, share * LOAD, 1.0), periods=80, tolerance=1e-9
         )
         middle = time.process_time()
         run = move(
@@ -361,12 +359,7 @@ LAW = {
     "oscillator-cost": oscillator_cost,
     "belt": belt,
 }
-IMPACTS = {
-    "impacts": impacts,
-    "impact-steps": impact_steps,
-    "backbone": backbone,
-    "forced": forced,
-}
+IMPACTS = {"impacts": impacts, "impact-steps": impact_steps, "backbone": backbone, "forced": forced}
 TABLES = LAW | IMPACTS
 
 

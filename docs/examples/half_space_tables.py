@@ -20,11 +20,7 @@ from reference.contact import descent
 from reference.contact import press as pressing
 from reference.contact.press import press
 from reference.errors import ConvergenceError
-from reference.halfspace import (
-    FreeOperator,
-    PeriodicOperator,
-    kernels,
-)
+from reference.halfspace import FreeOperator, PeriodicOperator, kernels
 from reference.halfspace.areas import located_area
 from reference.loads import Load
 from reference.surfaces import SelfAffine, self_affine

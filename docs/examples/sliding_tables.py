@@ -260,13 +260,7 @@ def surface() -> list[list[str]]:
 
 
 # %%
-TABLES = {
-    "printed": printed,
-    "energy": energy,
-    "ball": ball,
-    "ridge": ridge,
-    "surface": surface,
-}
+TABLES = {"printed": printed, "energy": energy, "ball": ball, "ridge": ridge, "surface": surface}
 
 
 # %%

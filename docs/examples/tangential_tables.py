@@ -245,9 +245,7 @@ def _rough_contact(points: int) -> np.ndarray:
     )
     body = NormalAndTangential((points,) * 2, (2.1 / points,) * 2, Compliance.of(0.5, 0.0))
     contact = press(
-        body.normal,
-        height.max() - height,
-        reference_loads.Load("force", 0.05 * 0.1 * 2.1**2),
+        body.normal, height.max() - height, reference_loads.Load("force", 0.05 * 0.1 * 2.1**2)
     )
     return contact.mask
 
@@ -332,11 +330,7 @@ def second_opinion() -> list[list[str]]:
             body = frictional_body(1.0, Material(2 * (1 + nu), nu), elements=elements)
             heights = (body.points**2).sum(axis=1) / 2
             pairs = list(
-                zip(
-                    list(nodal_friction.follow(body, heights, MU, *loads))[8:],
-                    true,
-                    strict=True,
-                )
+                zip(list(nodal_friction.follow(body, heights, MU, *loads))[8:], true, strict=True)
             )
             normal = max(abs(first.force / second.force - 1) for first, second in pairs)
             along = _apart([first.tangential_force for first, _ in pairs], true)

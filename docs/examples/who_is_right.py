@@ -436,12 +436,7 @@ def roller(count: int, friction: float) -> Values:
     deep = growing_lines(0, 1, size, more), growing_lines(0, 1, size * radius / 200, more)
     held = {"axis": "x", "far": "x"}
     upper = Section(
-        (angles, deep[0]),
-        disc,
-        (210e3, 0.3),
-        held,
-        pin=("far", (0.0, 1.0)),
-        large_below=radius,
+        (angles, deep[0]), disc, (210e3, 0.3), held, pin=("far", (0.0, 1.0)), large_below=radius
     )
     lower = Section((wide, deep[1]), block, (70e3, 0.3), {"axis": "x", "back": "xy"})
     reach = radius * np.sin(edge) * (1 + 1e-9)
@@ -540,12 +535,7 @@ def rings() -> dict[str, Answer]:
 
     def wave(r: float) -> tuple[list[float], list[float], list[float]]:
         """Return radial stress, shear and radial displacement of the four terms."""
-        along = [
-            -2 * (1 + plane) * r,
-            -4 * plane * r**3,
-            2 * (1 + plane) / r**3,
-            4 / r,
-        ]
+        along = [-2 * (1 + plane) * r, -4 * plane * r**3, 2 * (1 + plane) / r**3, 4 / r]
         return [-2, 0, -6 / r**4, -4 / r**2], [2, 6 * r**2, -6 / r**4, -2 / r**2], along
 
     def pressure(load: float, terms: Callable[..., Any], count: int) -> float:

@@ -50,9 +50,7 @@ scene = roughline.load_scene(
             "height_unit": "nm",
             "undefined": "interpolate",
         },
-        "loading": {
-            "force": {"values": [0.003, 0.01, 0.03], "relative_to": "E* A0 h'"},
-        },
+        "loading": {"force": {"values": [0.003, 0.01, 0.03], "relative_to": "E* A0 h'"}},
         "compare": {
             "quantities": ["penetration", "contact_area", "mean_gap"],
             "tolerance": 0.1,

@@ -28,10 +28,7 @@ before
 # %%
 # And this is the run of today, after a colleague has "simplified" the profile rule to R1 = R/2:
 after = roughline.Study(
-    scenes,
-    folder / "after",
-    methods=methods,
-    changes={"methods.reduced.rule": "half_radius"},
+    scenes, folder / "after", methods=methods, changes={"methods.reduced.rule": "half_radius"}
 ).run()
 moved = roughline.compare_runs(before, after)
 moved

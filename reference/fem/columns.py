@@ -82,11 +82,7 @@ PRESSURES = np.array([1.0, 1 / 3])
 _PLACES, _WEIGHTS = (part / 2 for part in np.polynomial.legendre.leggauss(12))
 _PLACES = _PLACES + 0.5
 _SHAPES = np.array(
-    [
-        (1 - _PLACES) * (1 - 2 * _PLACES),
-        4 * _PLACES * (1 - _PLACES),
-        _PLACES * (2 * _PLACES - 1),
-    ]
+    [(1 - _PLACES) * (1 - 2 * _PLACES), 4 * _PLACES * (1 - _PLACES), _PLACES * (2 * _PLACES - 1)]
 )
 
 # A wave whose pressures do not act on the displacements at all, as two cells long: they are left

@@ -173,11 +173,7 @@ def alternate(
 
 
 def sweep(
-    press: FrictionalPress,
-    normal: LoadPath,
-    tangential: LoadPath,
-    *,
-    tolerance: float = 1e-6,
+    press: FrictionalPress, normal: LoadPath, tangential: LoadPath, *, tolerance: float = 1e-6
 ) -> Iterator[FrictionStep]:
     """Solve a path of normal and tangential loads.
 

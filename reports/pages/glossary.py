@@ -60,10 +60,7 @@ TERMS = {
         "Springs, cells or elements per contact radius at the largest load; for rough surfaces, "
         "points per side.",
     ),
-    "realisation": (
-        "realisation",
-        "One of many random rough surfaces with the same statistics.",
-    ),
+    "realisation": ("realisation", "One of many random rough surfaces with the same statistics."),
     "standard-error": (
         "standard error",
         "The expected deviation of a mean over a few realisations from the ensemble mean.",
@@ -148,10 +145,7 @@ MEASURES = (
         "rms of the reference pressure. Where the reference is singular, a ring of stated width is "
         "left out.",
     ),
-    (
-        "Ensembles",
-        "The ratio of the means over the realisations, with its standard error.",
-    ),
+    ("Ensembles", "The ratio of the means over the realisations, with its standard error."),
     (
         "Verdict",
         "With the error e, its uncertainty u and the tolerance t: within if |e| + u ≤ t at every "

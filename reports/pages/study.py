@@ -23,14 +23,7 @@ from comparisons.facts.quantities import in_order, quantity
 from comparisons.files import write_text
 from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN, Verdict, worst
 from comparisons.results.advice import ITSELF, Advice, Setting, advise, truth_known_to
-from comparisons.results.finding import (
-    answers,
-    family,
-    largest_error,
-    methods_of,
-    symbol,
-    unjudged,
-)
+from comparisons.results.finding import answers, family, largest_error, methods_of, symbol, unjudged
 from comparisons.results.record import SceneRecord, StudyRecord, title_in
 from reports.pages import glossary
 from reports.pages.claims import FOLDER, claims_beside

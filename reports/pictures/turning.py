@@ -11,12 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from reports.pictures.rendering import (
-    deformed_piece,
-    opened_surface,
-    pressure_hill,
-    rough_surface,
-)
+from reports.pictures.rendering import deformed_piece, opened_surface, pressure_hill, rough_surface
 from reports.plots.style import CONTACT
 
 MOST_POINTS = 96  # per side of a surface
@@ -24,10 +19,7 @@ FILLING, FILLING_FLAT = 1.55, 2.0
 SHADES, STEPS = 255, 65535  # of a colour, and of a place
 BALLS = 200.0  # pixels of a ball as large as the half-width of what is shown
 # The camera of the still pictures: from the front right, from above.
-CAMERA = {
-    "eye": {"x": 1.0, "y": -1.25, "z": 0.95},
-    "projection": {"type": "orthographic"},
-}
+CAMERA = {"eye": {"x": 1.0, "y": -1.25, "z": 0.95}, "projection": {"type": "orthographic"}}
 # Cividis in ten steps (Nunez, Anderton & Renslow, PLoS ONE 13 (2018) e0199239).
 CIVIDIS = (
     "#00224e", "#123570", "#3b496c", "#575d6d", "#707173",

@@ -205,11 +205,7 @@ def validity_map(scenes: Sequence[SceneRecord]) -> Figure | None:
         "validity",
         "Validity map: where these scenes stand",
         caption,
-        Axis(
-            "parameter of the row",
-            limits=(-0.05, 1.05),
-            ticks=ends,
-        ),
+        Axis("parameter of the row", limits=(-0.05, 1.05), ticks=ends),
         Axis("", limits=(len(rows) - 0.5, -0.5), ticks=ticks),
         tuple(series),
     )

@@ -150,11 +150,7 @@ def _map(drawn: Map, figure: Figure) -> dict[str, Any]:
         "y": numbers(drawn.y, figure.y.scale.factor),
         "z": coded_map(z, signed=drawn.signed) if z.size else [],
         "colorscale": "Viridis",
-        "colorbar": {
-            "title": {"text": inert(label), "side": "right"},
-            "thickness": 14,
-            "xpad": 18,
-        },
+        "colorbar": {"title": {"text": inert(label), "side": "right"}, "thickness": 14, "xpad": 18},
         "hoverongaps": False,
         "hovertemplate": f"{inert(drawn.symbol)} = %{{z:.3g}} {unit}<extra></extra>",
         "zmin": 0,

@@ -212,11 +212,7 @@ def drawn(table: Table, *, unfolded: bool = False, tight: bool = False) -> rich.
     prints it has no markup.
     """
     result = rich.Table(
-        title=table.title,
-        title_justify="left",
-        box=None,
-        pad_edge=False,
-        collapse_padding=tight,
+        title=table.title, title_justify="left", box=None, pad_edge=False, collapse_padding=tight
     )
     # which columns are not folded: those of short cells, if all of them have room
     widths = [

@@ -174,13 +174,13 @@ def print_solution(result: SingleResult) -> None:
     console.print(drawn(load_steps(result, digits=6)))
     console.print(
         f"resolution {result.resolution}, {solution.unknowns} unknowns, "
-        f"{duration(solution.seconds)} (set-up {duration(solution.setup_seconds)})",
+        f"{duration(solution.seconds)} (set-up {duration(solution.setup_seconds)})"
     )
     surfaces = len(solution.converged)
     if surfaces > 1:
         console.print(
             f"means over {surfaces} surfaces or lines, known to {relative(result.half_width)} at "
-            "worst; `roughline run` compares methods on the same ones",
+            "worst; `roughline run` compares methods on the same ones"
         )
     if solution.compile_seconds > COMPILED:
         console.print(compiled(result.method, solution.compile_seconds))

@@ -80,10 +80,7 @@ def check_mean_gaps(operator, gap: np.ndarray, most_iterations: int) -> None:
 
 
 @pytest.mark.parametrize("operator_class", [PeriodicOperator, FreeOperator])
-@pytest.mark.parametrize(
-    ("hurst", "short_cutoff"),
-    [(0, 2), (0.5, 16), (1.0, 2), ("white", 0)],
-)
+@pytest.mark.parametrize(("hurst", "short_cutoff"), [(0, 2), (0.5, 16), (1.0, 2), ("white", 0)])
 @pytest.mark.parametrize("points", [64, pytest.param(256, marks=pytest.mark.slow)])
 def test_every_roughness_converges_under_every_load(points, hurst, short_cutoff, operator_class):
     """Hurst exponents 0 to 1 and white noise, cutoffs down to two cells."""

@@ -353,9 +353,7 @@ def test_a_method_of_a_notebook_is_judged_and_can_be_mended():
 
 
 @pytest.mark.usefixtures("methods_restored")
-def test_an_added_method_runs_where_a_scene_names_others_not_beside_those_of_a_call(
-    tmp_path,
-):
+def test_an_added_method_runs_where_a_scene_names_others_not_beside_those_of_a_call(tmp_path):
     roughline.add_method(twice("scaled", 2.0))
     named = roughline.load_scene(BALL, {"compare.methods": ["closed_form", "reduced"]})
 

@@ -377,12 +377,7 @@ COMPUTED = (
     ),
     # Rolling
     Quantity(
-        "traction",
-        "utilised friction",
-        "Fₓ/(µF)",
-        comparable=True,
-        physics=_ROLLS,
-        signed=True,
+        "traction", "utilised friction", "Fₓ/(µF)", comparable=True, physics=_ROLLS, signed=True
     ),
     Quantity(
         "lateral_force", "lateral force", "F_y", "N", comparable=True, physics=_ROLLS, signed=True

@@ -13,12 +13,7 @@ from functools import partial
 import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry
-from comparisons.methods.fem.indenter import (
-    FemSolver,
-    contact_stretch,
-    elongated,
-    meshes_both,
-)
+from comparisons.methods.fem.indenter import FemSolver, contact_stretch, elongated, meshes_both
 from comparisons.methods.fem.step import (
     bytes_of_elements,
     bytes_of_elimination,

@@ -97,10 +97,7 @@ class NgSolve(Solver[IndenterGeometry]):
             "steps": list(steps.values()),
         }
         outcome = parent.run(
-            WORK,
-            problem,
-            seconds=self.seconds,
-            memory=MEMORY_SHARE * free_memory(),
+            WORK, problem, seconds=self.seconds, memory=MEMORY_SHARE * free_memory()
         )
         if not outcome.ok:
             for step in steps:

@@ -77,11 +77,7 @@ class UserMethod:
         """What is known of it without asking it."""
         origin = self.origin
         return Method(
-            origin.title,
-            origin.dimension,
-            origin="outside",
-            isolated=True,
-            identity=origin.digest,
+            origin.title, origin.dimension, origin="outside", isolated=True, identity=origin.digest
         )
 
     def takes(self, scene: Scene) -> bool:

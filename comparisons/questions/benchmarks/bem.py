@@ -27,12 +27,7 @@ from scipy import fft
 from comparisons.isolation.parent import Limits
 from comparisons.machine import MEMORY_SHARE, free_memory
 from comparisons.peers import client
-from comparisons.questions.benchmarks.yardstick import (
-    Measurement,
-    growth,
-    interleaved,
-    measurement,
-)
+from comparisons.questions.benchmarks.yardstick import Measurement, growth, interleaved, measurement
 from comparisons.questions.study import Study
 from comparisons.scene.scene import parse_scene
 from comparisons.solving.planning import plan_scene

@@ -23,12 +23,7 @@ from comparisons.machine import free_memory
 from comparisons.methods import runner
 from comparisons.methods.fem.step import bytes_of_elimination
 from comparisons.methods.registry import solver_of
-from comparisons.questions.benchmarks.yardstick import (
-    Measurement,
-    growth,
-    interleaved,
-    measurement,
-)
+from comparisons.questions.benchmarks.yardstick import Measurement, growth, interleaved, measurement
 from comparisons.scene.scene import parse_scene
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene

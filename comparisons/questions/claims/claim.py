@@ -358,9 +358,6 @@ def scene_of(claim: Claim, side: Side, more: Mapping[str, Any] | None = None) ->
     computed = {AREA_FROM_STIFFNESS: "stiffness"}
     computed |= {name: "pressure" for name in FIELDS if name not in DISTRIBUTIONS}
     quantities = list(dict.fromkeys(computed.get(q, q) for q in claim.quantity))
-    compared = {
-        "compare.quantities": quantities,
-        "compare.tolerance": min(claim.tolerance, 0.5),
-    }
+    compared = {"compare.quantities": quantities, "compare.tolerance": min(claim.tolerance, 0.5)}
     source = beside if beside.is_file() else side.scene
     return load_scene(source, {**side.changes, **compared, **(more or {})})

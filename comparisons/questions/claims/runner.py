@@ -75,12 +75,7 @@ class ClaimRun(Campaign[ClaimRecord, ClaimsRecord]):
 
     layout = Layout(RECORD, answers=MEASUREMENTS)
 
-    def __init__(
-        self,
-        claims: list[Claim],
-        directory: Path,
-        **options: Unpack[Options],
-    ) -> None:
+    def __init__(self, claims: list[Claim], directory: Path, **options: Unpack[Options]) -> None:
         super().__init__(directory, **options)
         self.claims = claims
 

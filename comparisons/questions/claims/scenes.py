@@ -43,11 +43,7 @@ Measured = tuple[float, float, dict[str, float | str]]
 
 
 def measure_scene(
-    claim: Claim,
-    value: float | None,
-    effort: Effort,
-    *,
-    independent: bool,
+    claim: Claim, value: float | None, effort: Effort, *, independent: bool
 ) -> Inquiry[Measurement]:
     """Solve a claim's sides at one value of its parameter and measure the claim's error.
 
@@ -113,12 +109,7 @@ def _is_decided(claim: Claim, measured: Measurement) -> bool:
 
 
 def _measure_apart(
-    claim: Claim,
-    value: float | None,
-    effort: Effort,
-    independent: bool,
-    *,
-    spared: bool = False,
+    claim: Claim, value: float | None, effort: Effort, independent: bool, *, spared: bool = False
 ) -> Inquiry[Measurement]:
     """Measure a claim whose sides are of two scenes, or one of them a number.
 

@@ -11,13 +11,7 @@ import numpy as np
 from comparisons.facts.quantities import quantity
 from comparisons.formatting import finite, number, plus_minus, relative, tolerance, without_padding
 from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN
-from comparisons.questions.claims.record import (
-    FAILS,
-    HOLDS,
-    IN_A_RANGE,
-    not_run,
-    verdict_of,
-)
+from comparisons.questions.claims.record import FAILS, HOLDS, IN_A_RANGE, not_run, verdict_of
 
 if TYPE_CHECKING:
     from comparisons.questions.claims.claim import Claim

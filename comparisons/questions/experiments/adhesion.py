@@ -54,13 +54,7 @@ from reduced.springs.line import Springs
 from reference.closed_form import elliptic_punch
 from reference.closed_form.adhesive import MaugisForm, strength_of
 from reference.halfspace import Contact, FreeOperator, areas
-from reference.halfspace.cohesive import (
-    CohesiveLaw,
-    CohesiveProblem,
-    dugdale,
-    exponential,
-    trace,
-)
+from reference.halfspace.cohesive import CohesiveLaw, CohesiveProblem, dugdale, exponential, trace
 from reference.halfspace.cohesive_minimum import Adhesive
 from reference.surfaces import SelfAffine, amplitude_spectrum
 
@@ -74,10 +68,7 @@ _RISEN = 0.05
 
 @experiment("adhesive-face", "ratio of the axes")
 def adhesive_face(
-    effort: Effort,
-    *,
-    aspect: Positive = 1.0,
-    shape: Literal["ellipse", "square"] = "ellipse",
+    effort: Effort, *, aspect: Positive = 1.0, shape: Literal["ellipse", "square"] = "ellipse"
 ) -> Finding:
     """Pull-off force of a flat face against a half-space with attraction of ever less range.
 
@@ -171,10 +162,7 @@ _TAIL, _RISE = 8.0, 1.2
 
 @experiment("adhesive-range", "Maugis' parameter lambda")
 def adhesive_range(
-    effort: Effort,
-    *,
-    parameter: Positive = 1.0,
-    law: Annotated[str, one_of(*LAWS)] = "constant",
+    effort: Effort, *, parameter: Positive = 1.0, law: Annotated[str, one_of(*LAWS)] = "constant"
 ) -> Finding:
     """Pull-off force of a ball against a tension of finite range.
 
@@ -378,7 +366,5 @@ def rough_adhesion(
         stated = pulls[0] if quantity == "attraction" else np.max(pulls, axis=0)
     elif theory == "pastewka_robbins":
         stated = [1 / (1 - strength)]
-    details = {
-        "tension over E* h'": attraction_law(surface, *adhesion).strength,
-    }
+    details = {"tension over E* h'": attraction_law(surface, *adhesion).strength}
     return compare(stated, true, grid_bar, details)

@@ -117,10 +117,7 @@ def energy_share(
 
 @experiment("body-size", "size of the body R/D")
 def body_size(
-    effort: str,
-    *,
-    size: Annotated[float, Field(gt=1.99)] = 10.0,
-    kind: Kind = "axisymmetric",
+    effort: str, *, size: Annotated[float, Field(gt=1.99)] = 10.0, kind: Kind = "axisymmetric"
 ) -> Finding:
     """Change of the contact stiffness with the size of the body.
 
@@ -220,10 +217,7 @@ def independent_contacts(
     interaction = 1 / forces - 1
     grid = float(grid_uncertainty(resolutions, interaction[:, None])[0])
     points = 1 / (np.pi * distance)  # 2a/(pi s)
-    details = {
-        "pair: sum over true - 1": float(interaction[-1]),
-        "pair, as point forces": points,
-    }
+    details = {"pair: sum over true - 1": float(interaction[-1]), "pair, as point forces": points}
     if not per_side:
         return Finding(1.0, float(forces[-1]), float(interaction[-1]) * grid, details)
     true = array_force(2 * distance, per_side)

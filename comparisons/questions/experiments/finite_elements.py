@@ -175,11 +175,7 @@ GROWTH, DEPTH, FLOOR, _NU = 1.08, 4.0, 2e-7, 0.3
 
 
 @experiment("element-waves", "wavelength in elements")
-def element_waves(
-    effort: str,
-    *,
-    wavelength: Annotated[float, Field(gt=1.999)] = 8.0,
-) -> Finding:
+def element_waves(effort: str, *, wavelength: Annotated[float, Field(gt=1.999)] = 8.0) -> Finding:
     """Work of a wave of pressure on a half-space of finite elements, against the exact one.
 
     Along the elements and across their diagonal; the larger error counts. The bar is the floor
@@ -191,8 +187,5 @@ def element_waves(
     phases = q * np.cos(angles), q * np.sin(angles)
     work = compliance(phases, (1.0, 1.0), body, element="quadratic", growth=GROWTH, smooth=True)
     stated = work * q / (2 * (1 - _NU**2))
-    details = {
-        "along": float(stated[0]) - 1,
-        "diagonal": float(stated[1]) - 1,
-    }
+    details = {"along": float(stated[0]) - 1, "diagonal": float(stated[1]) - 1}
     return Finding(*worst(stated, np.ones(2)), FLOOR, details)

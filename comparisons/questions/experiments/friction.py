@@ -98,11 +98,7 @@ _GRIDS: dict[Effort, tuple[tuple[int, int], ...]] = {
 
 
 @experiment("stick-radius", "tangential force F_x/(mu F)")
-def stick_radius(
-    effort: str,
-    *,
-    share: Fraction = 0.5,
-) -> Finding:
+def stick_radius(effort: str, *, share: Fraction = 0.5) -> Finding:
     """Length of the springs that stick against the stick radius in closed form.
 
     Half their length under a paraboloid, F_x = share mu F. The reference is Cattaneo's and
@@ -126,17 +122,13 @@ def stick_radius(
     details = {
         "displacement over that at which all slides": float(
             path.tangential_displacement[0] / exact.sliding_displacement
-        ),
+        )
     }
     return Finding(float(finer), true, float(abs(finer - springs) / true) + EXACT, details)
 
 
 @experiment("changing-load", "last penetration over the first")
-def changing_load(
-    effort: Effort,
-    *,
-    final: Positive = 0.5,
-) -> Finding:
+def changing_load(effort: Effort, *, final: Positive = 0.5) -> Finding:
     """Tangential force on a ball that is pushed while its depth changes, against the half-space.
 
     The ball is pressed in, then displaced by half the displacement of full sliding, while the
@@ -171,7 +163,7 @@ def changing_load(
     details = {
         "share of the springs that stick": float(
             springs.stick_length[-1] / springs.contact_length[-1]
-        ),
+        )
     }
     bar = SAFE * abs(shares[1] - shares[0])
     return Finding(float(stated), shares[1], bar + EXACT, details, of=1)
@@ -220,11 +212,7 @@ def rough_slip(
         return np.array([slip_of_surface(surface, load, share, k, factor) for k in range(number)])
 
     true, grid_bar = truth(sample, surfaces, effort)
-    details = {
-        "surfaces": float(surfaces),
-        "lines": float(count),
-        "bar: grid": grid_bar,
-    }
+    details = {"surfaces": float(surfaces), "lines": float(count), "bar: grid": grid_bar}
     # lines with the same spectrum
     friction, lines = Friction(_MODULUS, _FRICTION), surface.lines(count, 4).draw()
     path = LoadPath("tangential_force", share * _FRICTION * load)

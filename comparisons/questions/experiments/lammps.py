@@ -16,12 +16,7 @@ from comparisons.errors import InputError, NotInstalledError
 from comparisons.facts.methods import METHODS
 from comparisons.methods.registry import solver_for
 from comparisons.methods.solver import Refusal
-from comparisons.questions.experiments.experiment import (
-    Effort,
-    Finding,
-    Fraction,
-    experiment,
-)
+from comparisons.questions.experiments.experiment import Effort, Finding, Fraction, experiment
 from comparisons.questions.experiments.yielding import NU, known_to
 from comparisons.scene.scene import make_scene
 from comparisons.solving.execution import execute

@@ -11,12 +11,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from comparisons.questions.experiments.experiment import (
-    Finding,
-    Positive,
-    Share,
-    experiment,
-)
+from comparisons.questions.experiments.experiment import Finding, Positive, Share, experiment
 from reduced.motion.blocks import (
     Blocks,
     creep_speed,
@@ -31,11 +26,7 @@ from reduced.profiles import equivalents
 from reduced.springs.line import Springs
 from reference.closed_form import paraboloid
 from reference.dynamics import coulomb
-from reference.dynamics.collision import (
-    rayleigh_share,
-    wave_impact,
-    weak_loss,
-)
+from reference.dynamics.collision import rayleigh_share, wave_impact, weak_loss
 from reference.dynamics.coulomb import dry_oscillator_amplitude, march, stick_slip, stopping
 from reference.dynamics.event_driven import follow
 from reference.dynamics.vibration import (
@@ -98,11 +89,7 @@ def regularised_block(
 
 
 @experiment("regularised-stick-slip", "largest sliding speed over characteristic speed V/v0")
-def regularised_stick_slip(
-    effort: str,
-    *,
-    speed_ratio: Positive = 1e3,
-) -> Share:
+def regularised_stick_slip(effort: str, *, speed_ratio: Positive = 1e3) -> Share:
     """An oscillator that sticks and slips under (19.1) against Coulomb's law, event by event.
 
     Den Hartog's oscillator with stops: the largest error of the position over four periods.
@@ -238,11 +225,7 @@ def set_valued_steps(
 
 
 @experiment("regularised-amplitude", "largest sliding speed over characteristic speed V/v0")
-def regularised_amplitude(
-    effort: str,
-    *,
-    speed_ratio: Positive = 100.0,
-) -> Finding:
+def regularised_amplitude(effort: str, *, speed_ratio: Positive = 100.0) -> Finding:
     """Amplitude of a dry oscillator under (19.1) against Den Hartog's closed form.
 
     For m = k = P = 1 without stops, friction 0.6, a force of 1.2 times the natural frequency; V is
@@ -270,10 +253,7 @@ def regularised_amplitude(
 
 @experiment("quasi-static-impact", "speed over that of sound v/c0")
 def quasi_static_impact(
-    effort: str,
-    *,
-    speed: float = 0.01,
-    quantity: Literal["energy", "duration", "force"] = "energy",
+    effort: str, *, speed: float = 0.01, quantity: Literal["energy", "duration", "force"] = "energy"
 ) -> Finding | Share:
     """Hertz's quasi-static impact of a sphere against the impact with waves.
 
@@ -349,10 +329,7 @@ def free_vibration(
 
 @experiment("forced-vibration", "amplitude of the force over the load P/F0")
 def forced(
-    effort: str,
-    *,
-    push: Positive = 0.1,
-    model: Literal["springs", "linear"] = "springs",
+    effort: str, *, push: Positive = 0.1, model: Literal["springs", "linear"] = "springs"
 ) -> Finding:
     """Amplitude of a ball driven at its contact resonance, against Runge-Kutta's.
 

@@ -19,12 +19,7 @@ from comparisons.questions.experiments.experiment import (
 from reference.closed_form import paraboloid
 from reference.elasticity import Material, lame_parameters
 from reference.loads import Load, LoadPath
-from reference.particles import (
-    Automata,
-    Domain,
-    ParticleHalfSpace,
-    periodic_packing,
-)
+from reference.particles import Automata, Domain, ParticleHalfSpace, periodic_packing
 from reference.particles.automata import leapfrog, wave_speeds
 from reference.particles.bonds import Asperities
 from reference.particles.yielding import PlasticHalfSpace

@@ -20,12 +20,7 @@ from scipy.optimize import minimize
 from scipy.special import ellipk
 
 from comparisons.judging.uncertainty import combined, share_uncertainty
-from comparisons.questions.experiments.experiment import (
-    Finding,
-    Positive,
-    experiment,
-    one_of,
-)
+from comparisons.questions.experiments.experiment import Finding, Positive, experiment, one_of
 from comparisons.scene.polygons import signed_area
 from reference.bounds import flat_faces, homogeneous
 from reference.bounds.interval import Interval

@@ -137,12 +137,7 @@ def creep_cylinder(
 
 
 @experiment("rolling-steady", "way rolled over the contact radius")
-def rolling_steady(
-    effort: Effort,
-    *,
-    way: Positive = 6.0,
-    share: Fraction = 0.5,
-) -> Share:
+def rolling_steady(effort: Effort, *, way: Positive = 6.0, share: Fraction = 0.5) -> Share:
     """Tractions after rolling on from Cattaneo's against those of the steady state.
 
     The steady state solves equations of its own. The largest difference of a traction after a `way`
@@ -176,11 +171,7 @@ def rolling_steady(
 
 
 @experiment("rolling-resistance", "way in the retardation time over half the contact")
-def rolling_resistance(
-    effort: Effort,
-    *,
-    way: Positive = 1.0,
-) -> Finding:
+def rolling_resistance(effort: Effort, *, way: Positive = 1.0) -> Finding:
     """Rolling resistance of a cylinder on rubber against Hunter's closed form.
 
     On strips. `way`: rolled in the retardation time, over half the width of the contact. The

@@ -317,11 +317,7 @@ def published_ensemble(
     means = np.array([level.mean(axis=0) for level in levels])
     grid = combined(scatter, share_uncertainty(np.array(factors), means, (kind, "periodic")))
     values = _solved(side, FACTORS[0], count)[:, index, step] * ratio[step]
-    details = {
-        "p/E*": PRESSURES[step],
-        "surfaces": float(count),
-        "roll-offs a side": float(side),
-    }
+    details = {"p/E*": PRESSURES[step], "surfaces": float(count), "roll-offs a side": float(side)}
     return compare([PUBLISHED[quantity][step]], values, float(grid[step]), details)
 
 

@@ -16,10 +16,7 @@ from pydantic import Field
 from scipy import stats
 
 from comparisons.judging.uncertainty import OF_TWO, SAFE, combined, ratio_of_means, standard_error
-from comparisons.questions.experiments.experiment import (
-    Finding,
-    Points,
-)
+from comparisons.questions.experiments.experiment import Finding, Points
 from comparisons.solving.shared import shared
 from reduced.loads import Load
 from reduced.rough import ensemble, line_spectrum
@@ -98,10 +95,7 @@ def press(
 ) -> tuple[Contact, dict[str, float]]:
     """Return the contact of a map under the force `load` (E* = A0 = 1), and its quantities."""
     contact = unilateral.press(
-        operator,
-        heights.max() - heights,
-        reference_loads.Load("force", load),
-        tolerance=_TOLERANCE,
+        operator, heights.max() - heights, reference_loads.Load("force", load), tolerance=_TOLERANCE
     )
     mask, periodic = contact.mask, operator.periodic
     spots = areas.patches(mask, operator.spacing, periodic)
@@ -146,10 +140,7 @@ ONE_SIDE = Drawing()
 
 @shared(maxsize=512)
 def line_samples(
-    surface: Surface,
-    load: float,
-    count: int,
-    drawing: Drawing = ONE_SIDE,
+    surface: Surface, load: float, count: int, drawing: Drawing = ONE_SIDE
 ) -> dict[str, np.ndarray]:
     """Return the quantities of `count` lines at the same nominal pressure, per patch L^2.
 
@@ -163,11 +154,7 @@ def line_samples(
 
 
 def pressed_lines(
-    surface: Surface,
-    loads: tuple[float, ...],
-    count: int,
-    drawing: Drawing,
-    names: Sequence[str],
+    surface: Surface, loads: tuple[float, ...], count: int, drawing: Drawing, names: Sequence[str]
 ) -> dict[str, np.ndarray]:
     """Return quantities of `count` lines at several loads, arrays (count, loads), per patch L^2."""
     length = drawing.line_length

@@ -72,10 +72,7 @@ def line_moments(
     spectrum = surface_spectrum.self_affine(
         surface.points, 1.0, surface_spectrum.SelfAffineLaw(**surface.recipe)
     )
-    stated = {
-        "mean_square_height": line.rms_height**2,
-        "curvature_laplacian": line.rms_curvature,
-    }
+    stated = {"mean_square_height": line.rms_height**2, "curvature_laplacian": line.rms_curvature}
     true = {
         "mean_square_height": spectrum.rms_height**2,
         "slope": spectrum.rms_slope,
@@ -102,10 +99,7 @@ def _distance(first: np.ndarray, second: np.ndarray) -> float:
 
 @experiment("line-heights", "Hurst exponent H", along="hurst")
 def line_heights(
-    effort: str,
-    *,
-    surface: Surface = Surface(periodic=True),
-    realisations: Count = 450,
+    effort: str, *, surface: Surface = Surface(periodic=True), realisations: Count = 450
 ) -> Share:
     """Distance of the height distributions of lines and surfaces.
 
@@ -244,10 +238,9 @@ def across_ridges(
     """
     wave = Westergaard(1 / _RIDGES, 1 / _RIDGES, 1.0)  # A0 = E* = 1
     pressure = load * wave.full_contact_pressure
-    true = {
-        "contact_area": wave.contact_fraction(pressure),
-        "mean_gap": wave.mean_gap(pressure),
-    }[quantity]
+    true = {"contact_area": wave.contact_fraction(pressure), "mean_gap": wave.mean_gap(pressure)}[
+        quantity
+    ]
     points = _MAP * _RIDGES
     height = np.cos(2 * np.pi * np.arange(points) / _MAP)[:, None] / _RIDGES * np.ones(4)
     spectrum = line_of(measured(height, (1.0, 4 / points), periodic=True))

@@ -43,12 +43,7 @@ _TO_REST = 60.0  # relaxation times before the oscillation begins
 
 
 @experiment("harmonic-contact", "amplitude over mean depth")
-def harmonic_contact(
-    effort: str,
-    *,
-    amplitude: float = 0.01,
-    frequency: Positive = 1.0,
-) -> Share:
+def harmonic_contact(effort: str, *, amplitude: float = 0.01, frequency: Positive = 1.0) -> Share:
     """The stiffness 2 a E*(w) of a ball on rubber against the 3-D half-space in time.
 
     Measure a ball on a standard solid, first at rest, then oscillating with w tau = `frequency`.
@@ -105,10 +100,7 @@ def relaxation_series(effort: str, *, per_decade: Positive = 2.0) -> Share:
     turns = (1j * _FREQUENCIES * _TIME) ** _FIRST
     true = _GLASSY - (_GLASSY - _RELAXED) / (1 + turns) ** _SECOND
     series = fit(_FREQUENCIES, true, per_decade=per_decade)
-    details = {
-        "relaxation times": float(series.material.times.size),
-        "rms error": series.rms_error,
-    }
+    details = {"relaxation times": float(series.material.times.size), "rms error": series.rms_error}
     return Share(float(series.error.max()), _EXACT, details, "deviation")
 
 
@@ -172,10 +164,7 @@ def printed_rubber(
 
 @experiment("corrected-rubber", "explicit relaxation number G dt/eta = dx/(v tau)")
 def corrected_rubber(
-    effort: str,
-    *,
-    number: Positive = 1.0,
-    quantity: Literal["work", "friction"] = "work",
+    effort: str, *, number: Positive = 1.0, quantity: Literal["work", "friction"] = "work"
 ) -> Finding:
     """Problem 1 as corrected, step by step, on rough lines: its energy and its steady state.
 
@@ -193,10 +182,7 @@ def corrected_rubber(
         stated, true = 1 + run.energy_error(), np.ones(len(rough))
     else:
         stated, true = run.friction_coefficient(), exact.friction_coefficient[:, 0]
-    details = {
-        "lines": float(len(rough)),
-        "mean": float((stated / true - 1).mean()),
-    }
+    details = {"lines": float(len(rough)), "mean": float((stated / true - 1).mean())}
     return Finding(*worst(stated, true), _ROUNDING, details)
 
 
@@ -232,9 +218,7 @@ def sliding_paraboloid(effort: str, *, way: Positive = 1.0, glassy: float = 0.0)
     )
     stated = float(sliding.friction_coefficient.item())
     bar = friction.uncertainty / friction.estimate + force.uncertainty / force.estimate
-    details = {
-        "depth on springs over that on the half-space": sliding.penetration.item() / _DEPTH,
-    }
+    details = {"depth on springs over that on the half-space": sliding.penetration.item() / _DEPTH}
     return Finding(stated, friction.estimate, stated / friction.estimate * bar, details)
 
 

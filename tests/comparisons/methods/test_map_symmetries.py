@@ -118,10 +118,7 @@ def assert_same(result, expected, method, tolerance, why):
     for name, values in expected.items():
         rim = AT_THE_RIM.get(name, 0.0) if tolerance and method != "reduced" else 0.0
         np.testing.assert_allclose(
-            result[name],
-            values,
-            rtol=max(tolerance, rim),
-            err_msg=f"{name}, {why}",
+            result[name], values, rtol=max(tolerance, rim), err_msg=f"{name}, {why}"
         )
 
 

@@ -8,13 +8,7 @@ import pytest
 
 from comparisons.judging.uncertainty import SHARES, grid_uncertainty
 from comparisons.questions import calibration
-from comparisons.questions.calibration import (
-    SHAPES,
-    SURFACES,
-    Calibration,
-    shape_cases,
-    sides_of,
-)
+from comparisons.questions.calibration import SHAPES, SURFACES, Calibration, shape_cases, sides_of
 from comparisons.questions.calibration_cases import (
     NO_QUANTITY,
     NOT_SHOWN,

@@ -148,10 +148,7 @@ def test_a_file_with_a_method_for_rough_surfaces_is_solved(tmp_path):
         "    return {'penetration': load, 'contact_area': share * task.geometry.area}\n"
     )
     assert roughline.add_method(path) == ["bearing"]
-    changes = {
-        "surface.points": 16,
-        "loading": {"penetration": "1 nm"},
-    }
+    changes = {"surface.points": 16, "loading": {"penetration": "1 nm"}}
     scene = roughline.load_scene("rough-free", changes)
     solution = roughline.solve(scene, "bearing")
     assert solution.converged
