@@ -14,9 +14,9 @@ T = TypeVar("T")
 def files_of(room: ModuleType, leave_out: Collection[str] = ()) -> Iterator[ModuleType]:
     """Yield the modules of a package and of its rooms, in alphabetical order, but some by name.
 
-    >>> import comparisons.questions.problems as room
+    >>> import comparisons.isolation as room
     >>> [module.__name__.removeprefix(f"{room.__name__}.") for module in files_of(room)]
-    ['board', 'sheet']
+    ['child', 'parent']
     """
     for name, is_room in sorted((m.name, m.ispkg) for m in iter_modules(room.__path__)):
         if name in leave_out:

@@ -1,1 +1,0 @@
-"""Numbered problems that anyone's solver can enter, and how entries are judged."""
