@@ -12,7 +12,8 @@ import numpy as np
 # First word of notes that ask the reader to check something.
 CHECK = "check the "
 STEEP = f"{CHECK}slopes"  # too steep for every method: that they agree says nothing
-STRAINED = "small strains: "  # of notes on a premise of all methods that a scene strains
+# Of notes on a premise of all methods that a scene strains.
+STRAINED, THICKENED = "small strains: ", "constant viscosity: "
 UNJUDGED = "not computed by the reference"  # first words of why a quantity has no error
 _NUMBER = r"[-+]?(?:\d[\d.]*(?:e[-+]?\d+)?|nan|inf)"
 # Lists as Python or NumPy write them, with commas or without; rows of a matrix one by one.

@@ -19,7 +19,7 @@ from comparisons.geometry.prepare import (
     RoughGeometry,
     equivalent_profile,
 )
-from comparisons.reasons import CHECK, STEEP, STRAINED
+from comparisons.reasons import CHECK, STEEP, STRAINED, THICKENED
 from comparisons.scene.loading import AbsoluteLoads
 from comparisons.scene.scene import Scene
 
@@ -34,6 +34,8 @@ LARGE = 0.1
 DEEPEST = 2.0
 # Wheels and tyres slip all over at a creep of 0.01 to 0.2; 1 is a locked wheel.
 LARGEST_CREEP = 0.2
+# Under more pressure the viscosity of an oil is no constant: exp(alpha p) with alpha about 20/GPa.
+THICKENS = 1e8
 # Limits of measured surfaces; beyond them, a wrong unit or size is more likely.
 SMALLEST_SIDE, LARGEST_SIDE = 1e-9, 1.0  # metres: a few atoms; larger than any profiler's stage
 LEAST_SLOPE = 1e-6  # superpolished mirrors have about 1e-5
@@ -87,6 +89,14 @@ def scene_notes(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> list[
                 steepness, ratio = opened / radius, "g(a)/a"
                 checked = f"{STEEP}, the work of adhesion"
                 means = "the line's profile g at the contact radius over that radius,"
+        if scene.lubrication is not None and loads.normal is not None:
+            highest = 1.5 * float(loads.normal.values[-1]) / (np.pi * radius**2)
+            if loads.normal.control == "force" and highest > THICKENS:
+                slopes.append(
+                    f"{THICKENED}under {with_unit(highest, 'Pa')} oil thickens by powers of "
+                    "ten (Barus), and films between hard bodies are several times as thick; "
+                    f"those here are of soft bodies, up to some {with_unit(THICKENS, 'Pa')}"
+                )
         if steepness > LARGE:
             slopes.append(
                 f"{STRAINED if steepness <= STEEPEST else f'{checked}: '}{ratio} = "

@@ -9,7 +9,7 @@ from types import MappingProxyType
 import numpy as np
 
 from comparisons.facts.methods import CLOSED_FORM, METHODS, leading
-from comparisons.facts.quantities import main_axis, quantity
+from comparisons.facts.quantities import FIELDS, main_axis, quantity
 from comparisons.facts.quantities.rows import ENCLOSED
 from comparisons.formatting import duration, relative, relative_range
 from comparisons.judging.levels import Levels
@@ -156,7 +156,8 @@ class Truth:
         """Return the sources of the bar of a method's error in a quantity at equal `at`.
 
         Errors are relative to the truth: what is not known of it, or of the method, counts in
-        e = value/truth - 1 times value/truth, five times where a method is wrong by 400 %.
+        e = value/truth - 1 times value/truth, five times where a method is wrong by 400 %. Nothing
+        is known relative to a truth that may be zero.
 
         A 3-D method solves some of the truth's surfaces, and only the scatter of the differences on
         these is an uncertainty. A model on a line has lines of its own, and springs whose number
@@ -164,6 +165,7 @@ class Truth:
         """
         line = METHODS[judged.method].dimension != 3
         parts = self.bar_sources(name, at, same_surfaces=not line)
+        unknown = combined(*parts.values()) >= 1  # it may be zero
         if line:
             parts[LINES] = judged.scatter(name, resolution)
             for source, part in _read_off(judged.solutions[resolution], name).items():
@@ -175,7 +177,8 @@ class Truth:
         if self.path:
             return parts
         ratio = np.abs(1 + self.errors(judged.curves(resolution), name, at))
-        return {key: part * np.where(np.isfinite(ratio), ratio, 1.0) for key, part in parts.items()}
+        ratio = np.where(unknown, np.nan, np.where(np.isfinite(ratio), ratio, 1.0))
+        return {key: part * ratio for key, part in parts.items()}
 
     def known_from(self, name: str) -> dict[str, list[float]]:
         """Return each source of the bar of a quantity at each load, where it is judged."""
@@ -303,10 +306,12 @@ def choose_truth(solved: Solved, axis: str, quantities: tuple[str, ...]) -> Trut
     unknown bars follow their order of preference. Half-space solvers, and on rough surfaces all
     methods, stand on the cells of a grid and have much the same error on the same one: of them only
     the finest grid is a candidate, and of equal ones the preferred, lest a bar that is small by
-    chance wins.
+    chance wins. What knows none of the quantities is a truth only where nothing else is.
     """
     everyone = truths(solved, axis)
     able = [truth for truth in everyone if not METHODS[truth.method].peer]
+    if not set(quantities) & set(FIELDS):
+        able = [truth for truth in able if set(quantities) & truth.curves.keys()] or able
     grids = [truth for truth in able if METHODS[truth.method].grid or truth.levels.rough]
     finest = max(grids, key=lambda grid: grid.resolution, default=None)
     able = [truth for truth in able if truth is finest or truth not in grids]

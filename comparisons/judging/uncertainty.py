@@ -121,8 +121,8 @@ def grid_uncertainty(
     lowest order and the unsafe factor.
 
     Curves are (m, k), coarse to fine; the uncertainty is relative to `sizes`, else to the finest.
-    NaN with one resolution, and at steps that the finest lost. With two the order is taken as one,
-    with the factor of two grids.
+    NaN with one resolution, and at steps that one of the two finest lost. With two the order is
+    taken as one, with the factor of two grids.
 
     >>> n = np.array([10, 20, 40])
     >>> value = 1 + 0.5 / n[:, None] ** 2
@@ -157,7 +157,8 @@ def grid_uncertainty(
             predicted = np.abs(previous) * (1 - ratio**-order) / (before**order - 1)
             last = np.fmax(np.abs(last), predicted)
         difference = np.fmax(np.abs(last), FLOOR * _typical(last))
-    return np.where(np.isfinite(curves[-1]), factor * difference / (ratio**order - 1), np.nan)
+    known = np.isfinite(curves[-2:]).all(axis=0)
+    return np.where(known, factor * difference / (ratio**order - 1), np.nan)
 
 
 def share_uncertainty(

@@ -42,6 +42,8 @@ from reference.rolling.creep_theories import EllipticContact, Rolled, fastsim, k
 from reference.rolling.roll import Creep, RollingStep, roll
 
 PHYSICS = frozenset({"friction", "rolling"})
+# A force of rolling that is a smaller share of mu F is none.
+ROUND_OFF = 1e-9
 Pair = tuple[Any, Any]
 
 
@@ -56,12 +58,14 @@ def tables_of(scene: Scene) -> tuple[Rolling, Friction]:
 
 
 def quantities(creep: Pair, forces: Pair, friction: float, force: float) -> dict[str, Any]:
-    """Return the quantities of creeps and forces, each along and across."""
+    """Return the quantities of creeps and forces, each along and across; no round-off of zero."""
+    least = ROUND_OFF * friction * np.asarray(force)
+    along, across = (np.where(np.abs(part) > least, part, 0.0) for part in forces)
     return {
-        "tangential_force": forces[0],
-        "lateral_force": forces[1],
-        "traction": forces[0] / (friction * force),
-        "friction_coefficient": forces[0] / force,
+        "tangential_force": along,
+        "lateral_force": across,
+        "traction": along / (friction * force),
+        "friction_coefficient": along / force,
         "creep": creep[0],
         "lateral_creep": creep[1],
     }

@@ -37,6 +37,7 @@ SPEED = Dimension(0, 1, -1)
 MASS = Dimension(mass=1)
 VISCOSITY = Dimension(1, -1, -1)
 SURFACE_ENERGY = Dimension(1, 0, -2)
+WEAR_COEFFICIENT = Dimension(-1, 1, 2)
 
 _PREFIXES = {
     "f": -15,
@@ -66,6 +67,7 @@ _UNITS = {
 _NUMBER_TEXT = r"[+-]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _QUANTITY = re.compile(rf"\s*({_NUMBER_TEXT})\s*(.*?)\s*", re.DOTALL)
 _FACTOR = re.compile(r"([A-Za-zµμ%]+)(?:\^?([+-]?\d{1,2}))?")
+_BELOW = re.compile(r"/\s*\(([^()/]+)\)")
 # Beyond this a decimal exponent is no measurement, and would make the arithmetic slow.
 _LARGEST_EXPONENT = 400
 # More digits than a text may have: the default 28 would round once before the float rounds.
@@ -79,8 +81,8 @@ def to_si(value: object, dimension: Dimension) -> float:
     True
     >>> to_si("210 GPa", PRESSURE)
     210000000000.0
-    >>> to_si("40 m^-2", Dimension(length=-2))
-    40.0
+    >>> to_si("40 m^-2", Dimension(length=-2)), to_si("2 mm^3/(N m)", WEAR_COEFFICIENT)
+    (40.0, 2e-09)
     """
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
         raise ValueError(_expectation(dimension))
@@ -136,8 +138,9 @@ def _expectation(dimension: Dimension) -> str:
         TIME: '"2 ms"',
         SPEED: '"1 mm/s"',
         MASS: '"10 g"',
-        VISCOSITY: '"1 kPa s"',
+        VISCOSITY: '"0.1 Pa s"',
         SURFACE_ENERGY: '"50 mJ/m^2"',
+        WEAR_COEFFICIENT: '"2e-13 m^3/(N m)"',
     }
     example = examples.get(dimension, f'"1 {dimension}"')
     return f"expected a number in {dimension} or a text with a unit such as {example}"
@@ -146,6 +149,8 @@ def _expectation(dimension: Dimension) -> str:
 def _unit(text: str, dimension: Dimension) -> tuple[int, Dimension]:
     """Return the decimal exponent and the dimension of a unit such as ``mJ/m^2``."""
     exponent, total = 0, NUMBER
+    # m^3/(N m) is m^3/N/m
+    text = _BELOW.sub(lambda below: "/" + "/".join(re.split(r"[\s*]+", below[1].strip())), text)
     numerator, *denominators = text.split("/")
     for sign, part in [(1, numerator), *((-1, denominator) for denominator in denominators)]:
         for factor in part.replace("*", " ").split():

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from math import pi
 from statistics import median
 
-from comparisons.reasons import CHECK, STRAINED
+from comparisons.reasons import CHECK, STRAINED, THICKENED
 
 
 @dataclass(frozen=True)
@@ -96,5 +96,5 @@ class PlanRecord:
 
     @property
     def doubts(self) -> list[str]:
-        """The notes that question the scene itself (units, slopes, strains): to be seen first."""
-        return [note for note in self.notes if note.startswith((CHECK, STRAINED))]
+        """The notes that question the scene (units, slopes, strains, oil): to be seen first."""
+        return [note for note in self.notes if note.startswith((CHECK, STRAINED, THICKENED))]

@@ -92,7 +92,8 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
         if body.counter_body:
             of = f" of the half-space (ν = {body.half_space.poisson_ratio:g})"
         text = f"{stress}, {depth} below the surface{of}: elastic only if its yield stress is "
-        text += "higher ([plasticity] models what yields)"
+        text += "higher"
+        text += "" if body.dynamics else " ([plasticity] models what yields)"
         lines.append((VON_MISES, text))
     pressed = rows["contact_area"] > 0
     if body.rough and not body.physics and pressed.any():

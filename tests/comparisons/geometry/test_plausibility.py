@@ -101,6 +101,12 @@ def test_an_impact_on_rubber_strains_it_as_its_duration_lets_it_relax(mass, rati
             {"adhesion.work": "3178 J/m^2"},  # E* R/(2 pi): a = R at d = 0
             "g(a)/a = 0.997 (a/R of a paraboloid), the line's profile g at the contact radius",
         ),
+        (
+            "soft-ball-film",
+            {"half_space.effective_modulus": "230 GPa"},
+            # Johnson 1985, (4.24): (6 F E*^2/(pi^3 R^2))^(1/3)
+            "constant viscosity: under 274\u202fMPa",
+        ),
         ("rolling-ball", {"rolling.creep": 2.0}, "a creep of 2.00 is 200\u202f% of the speed"),
         (
             "plastic-ball",

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from comparisons.facts.methods import METHODS
+from comparisons.facts.methods import CLOSED_FORM, METHODS
 from comparisons.judging.comparison import compare, main_axis
 from comparisons.judging.levels import Levels
 from comparisons.judging.truth import choose_truth, truths
-from comparisons.judging.uncertainty import share_uncertainty
+from comparisons.judging.uncertainty import combined, share_uncertainty
 from comparisons.solving.planning import plan_scene
 from comparisons.tasks.solution import Solution
 from reference.halfspace.punches import EDGE_OFFSET
@@ -225,13 +225,13 @@ def test_the_mean_is_over_the_realisations_that_converged(rough):
 
 
 def test_bars_of_an_ensemble_hold_students_t_of_the_reference_and_of_the_model(rough):
-    """Three samples 1, 2, 3 in each: t = 4.30265, so a bar of t/sqrt(3)/2 on each side."""
+    """Three samples 9, 10, 11 in each: t = 4.30265, so a bar of t/sqrt(3)/10 on each side."""
     (plan,) = plan_scene(rough(realisations=3, loading={"force": [1e-6]}))
-    one = {"force": [[1e-6]] * 3, "contact_area": [[1.0], [2.0], [3.0]]}
+    one = {"force": [[1e-6]] * 3, "contact_area": [[9.0], [10.0], [11.0]]}
     fine = solution(one, violation=0.0)
     solved = {("bem_fft", 16): fine, ("bem_fft", 32): fine, ("reduced", 64): solution(one)}
     result = compare(plan, solved, CONSTANTS)
-    share = 4.30265 / np.sqrt(3) / 2
+    share = 4.30265 / np.sqrt(3) / 10
     assert result.truth.bar("contact_area")[0] == pytest.approx(share, rel=1e-5)
     measure = measure_of(result, "reduced", "contact_area", "force")
     assert measure["uncertainty"] == pytest.approx(np.sqrt(2) * share, rel=1e-5)
@@ -287,6 +287,26 @@ def test_a_closed_form_is_the_truth_wherever_there_is_one():
     constant = {("fem", n): solution(hertz(), violation=0.0) for n in (2, 4)}
     assert max(chosen(constant).bar("force")) == 0
     assert chosen(constant | solved).label == "closed_form"
+
+
+def test_a_closed_form_without_any_of_the_quantities_leaves_the_truth_to_a_grid():
+    peaked = solution(hertz() | {"pressure_peak": np.ones(4)})
+    solved = {("closed_form", 1): solution(hertz()), ("bem_fft", 8): peaked}
+    for asked, best in ((("pressure_peak",), "bem_fft"), (("force", "pressure_peak"), CLOSED_FORM)):
+        truth = choose_truth(solved, "penetration", asked)
+        assert truth is not None
+        assert truth.method == best
+
+
+def test_nothing_is_outside_of_a_truth_that_may_be_zero():
+    """The grids differ by five times the value: a method that says zero may be right."""
+    coarse, fine = (scaled(hertz(), force=factor) for factor in (5.0, 1.0))
+    none = solution(scaled(hertz(), force=0.0))
+    solved = levels("bem_fft", coarse, fine) | {("reduced", 10): none}
+    truth = chosen(solved)
+    assert (truth.bar("force") > 1).all()
+    sources = truth.error_sources(Levels.of(solved, "reduced"), 10, "force", "penetration")
+    assert np.isnan(combined(*sources.values())).all()
 
 
 def test_otherwise_the_finest_solution_of_the_method_known_best():

@@ -98,6 +98,12 @@ def test_a_lost_grid_is_passed_over():
     np.testing.assert_array_equal(grid_uncertainty(N, lost), expected)
 
 
+def test_a_step_that_the_grid_before_lost_has_no_bar():
+    """Half the typical bar of the other steps would be a guess, on the step that is hardest."""
+    curves = np.array([[1.04, 1.04], [np.nan, 1.02], [1.01, 1.01]])
+    assert np.isnan(grid_uncertainty(N, curves)).tolist() == [True, False]
+
+
 values = st.floats(1e-6, 1e6) | st.floats(-1e6, -1e-6)
 
 

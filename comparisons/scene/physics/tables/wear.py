@@ -12,12 +12,10 @@ from comparisons.formatting import number, unpadded
 from comparisons.scene.fields import fail, quantity
 from comparisons.scene.loading import Control, LoadRange, ranged
 from comparisons.scene.physics.tables.physics_table import PhysicsTable
-from comparisons.scene.units import LENGTH, NUMBER, Dimension
+from comparisons.scene.units import LENGTH, NUMBER, WEAR_COEFFICIENT
 
 if TYPE_CHECKING:
     from comparisons.scene.scene import Scene
-
-_WEAR_COEFFICIENT = Dimension(-1, 1, 2)
 
 
 class Wear(PhysicsTable):
@@ -38,7 +36,7 @@ class Wear(PhysicsTable):
     one_body = True
 
     # k, volume lost per force and distance, 1/Pa.
-    coefficient: Annotated[float, quantity(_WEAR_COEFFICIENT, kind="wear coefficient")]
+    coefficient: Annotated[float, quantity(WEAR_COEFFICIENT, kind="wear coefficient")]
     # Of steady sliding in which all of the contact slips.
     sliding_distance: Annotated[LoadRange | None, ranged(LENGTH, "loads")] = None
     # Of a tangential oscillation, and how often; with [friction], which lets the middle stick.
