@@ -60,7 +60,7 @@ def tables_of(scene: Scene) -> tuple[Rolling, Friction]:
 def quantities(creep: Pair, forces: Pair, friction: float, force: float) -> dict[str, Any]:
     """Return the quantities of creeps and forces, each along and across; no round-off of zero."""
     least = ROUND_OFF * friction * np.asarray(force)
-    along, across = (np.where(np.abs(part) > least, part, 0.0) for part in forces)
+    along, across = (np.where(np.abs(part) <= least, 0.0, part) for part in forces)
     return {
         "tangential_force": along,
         "lateral_force": across,
