@@ -196,7 +196,8 @@ def jackson_green(ball: FlattenedBall) -> Fit:
     depth = yield_depth(ball.radius, ball.effective_modulus, pressure)
 
     def area(w: Array) -> Array:
-        return np.where(w <= 1.9, w, w * (np.maximum(w, 1.9) / 1.9) ** power)
+        with np.errstate(over="ignore"):  # of what hardly yields, which is out of its range
+            return np.where(w <= 1.9, w, w * (np.maximum(w, 1.9) / 1.9) ** power)
 
     def force(w: Array) -> Array:
         radius = np.sqrt(area(w) * ball.radius * depth)

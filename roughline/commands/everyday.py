@@ -394,7 +394,7 @@ def paper(
     format
         Comma-separated formats of the figures: pdf, svg, png.
     figures
-        Comma-separated names of figures, or patterns: "ball-*", "*-error-force", "*" for all.
+        Comma-separated names of figures, or patterns: `ball-*`, `*-error-force`, `*` for all.
         Default: the figure of all verdicts, and one of each scene. The index lists the others.
     """
     from comparisons.results.folder import held

@@ -227,7 +227,8 @@ def _decided(
     low, high = map(record.share, stretch)
     off = np.max([low - at, at - high, np.full(at.shape, SAME)], axis=0)  # none within SAME
     worst = [point.worst for point in near]
-    decisive = near[np.lexsort((np.negative(worst), off, np.abs(apart).sum(axis=1)))[0]]
+    first = np.lexsort((np.negative(worst), off, np.abs(apart).sum(axis=1)))[0]
+    decisive = near[first]
     # Within is only what the next points on either side are, too: between an exact end, as a ratio
     # of one, and a point that is not, nothing is exact. A point is next if no other lies between it
     # and the scene, in the parameter and in all values that differ.
@@ -243,6 +244,9 @@ def _decided(
     # Beyond all that was measured nothing is known but by a theorem, or where nothing was within.
     # How two values that differ act together is not known either.
     if word == WITHIN and (words != {WITHIN} or fewest > 1 or not (enclosed or record.proved)):
+        return decisive, NOT_RESOLVED
+    # Nor is outside what lies between a point that is and one that is within.
+    if word == OUTSIDE and off[first] > SAME and WITHIN in words:
         return decisive, NOT_RESOLVED
     if not enclosed:
         words |= {point.word(tolerance) for point in alike}

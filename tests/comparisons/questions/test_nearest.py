@@ -56,6 +56,10 @@ def test_an_ellipsoid_stands_at_its_ratio_of_radii():
     assert force.here == pytest.approx((2.0, 2.0))
     assert force.point.place == pytest.approx(2.0, rel=0.01)
     assert (force.word, force.beyond) == (WITHIN, False)
+    # at 4.5 the next points are within 5 % and, the nearer one, outside; it errs by -4.5 %
+    between = known("ellipsoid-2", **{"indenter.radius_x": 0.045, "compare.tolerance": 0.05})
+    assert between["force"].point.word(0.05) == OUTSIDE
+    assert between["force"].word == NOT_RESOLVED
     far = known("ellipsoid-2", **{"indenter.radius_x": 0.4})["force"]
     assert far.here[0] == pytest.approx(40.0, rel=0.5)
     assert (far.point.place, far.word, far.beyond) == (20.0, OUTSIDE, True)
