@@ -11,25 +11,25 @@ from typing import TypeVar
 T = TypeVar("T")
 
 
-def files_of(room: ModuleType, leave_out: Collection[str] = ()) -> Iterator[ModuleType]:
-    """Yield the modules of a package and of its rooms, in alphabetical order, but some by name.
+def files_of(package: ModuleType, leave_out: Collection[str] = ()) -> Iterator[ModuleType]:
+    """Yield the modules of a package and of its packages, in alphabetical order, but some by name.
 
-    >>> import comparisons.isolation as room
-    >>> [module.__name__.removeprefix(f"{room.__name__}.") for module in files_of(room)]
+    >>> import comparisons.isolation as package
+    >>> [module.__name__.removeprefix(f"{package.__name__}.") for module in files_of(package)]
     ['child', 'parent']
     """
-    for name, is_room in sorted((m.name, m.ispkg) for m in iter_modules(room.__path__)):
+    for name, is_package in sorted((m.name, m.ispkg) for m in iter_modules(package.__path__)):
         if name in leave_out:
             continue
-        module = import_module(f"{room.__name__}.{name}")
+        module = import_module(f"{package.__name__}.{name}")
         yield module
-        if is_room:
+        if is_package:
             yield from files_of(module)
 
 
-def classes_of(room: ModuleType, base: type[T]) -> Iterator[type[T]]:
+def classes_of(package: ModuleType, base: type[T]) -> Iterator[type[T]]:
     """Yield the subclasses of a class that the modules of a package define."""
-    for file in files_of(room):
+    for file in files_of(package):
         yield from classes_in(file, base)
 
 

@@ -161,7 +161,7 @@ def leading(names: Iterable[str]) -> list[str]:
 def ours() -> list[str]:
     """Return the methods of roughline itself, in the order of every legend and table.
 
-    Those of `BUILT_IN` first; what the rooms bring without a row follows when solvers are loaded.
+    Those of `BUILT_IN` first; what packages bring without a row follows when solvers are loaded.
 
     >>> ours()[:6]
     ['closed_form', 'reduced', 'bem_dense', 'bem_fft', 'fem', 'mca']

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter
+from scipy import fft
 from scipy.sparse import coo_array
 from scipy.sparse.linalg import splu
 
@@ -29,8 +29,6 @@ _LARGEST = 1e100
 _INTERPOLATED_SHARE = 0.05
 # Largest step across the sides of a periodic map, relative to the largest step inside.
 _WIDEST_SEAM = 2.0
-# Standard deviation of a Gaussian filter that halves a wave, in lengths of that wave.
-_GAUSSIAN = np.sqrt(np.log(2) / 2) / np.pi
 
 
 @dataclass(frozen=True)
@@ -117,13 +115,19 @@ def read_map(path: Path, surface: MeasuredMap) -> TreatedMap:
         )
     if (cutoff := surface.short_cutoff) is not None:
         least, most = 2 * max(file.cell), min(file.size)
-        if not least * (1 - 1e-9) <= cutoff <= most:
+        if not least * (1 - 1e-9) <= cutoff <= most * (1 + 1e-9):
             raise FileError(
-                f"short_cutoff must lie between 2 cells = {with_unit(least, 'm')} and the side "
-                f"{with_unit(most, 'm')}, not {with_unit(cutoff, 'm')}"
+                f"short_cutoff: expected 2 cells = {with_unit(least, 'm')} to the side "
+                f"{with_unit(most, 'm')}, got {with_unit(cutoff, 'm')}"
             )
-        width = [cutoff * _GAUSSIAN / cell for cell in file.cell]
-        heights = gaussian_filter(heights, width, mode="wrap" if periodic else "reflect")
+        # by waves of the period, or of a patch with its mirror image: 2^-(cut-off/length)^2
+        waves = [
+            fft.fftfreq(n, cell) if periodic else np.arange(n) / (2 * n * cell)
+            for n, cell in zip(holes.shape, file.cell, strict=True)
+        ]
+        left = np.exp2(-((cutoff * waves[0][:, None]) ** 2) - (cutoff * waves[1]) ** 2)
+        there, back = (fft.fft2, fft.ifft2) if periodic else (fft.dctn, fft.idctn)
+        heights = np.ascontiguousarray(np.real(back(left * there(heights))))
         treatment.append(f"waves below {with_unit(cutoff, 'm')} filtered out (Gaussian)")
     for axis, name in enumerate("xy" if periodic else ""):
         # The step across two sides that should match (rms over the side) is compared with the

@@ -1,4 +1,4 @@
-"""Solvers: rooms by physics, one small file per method in them, with a common interface.
+"""Solvers: packages by physics, one small file per method in them, with a common interface.
 
 This module exports what a method file needs; `comparisons.methods.registry` lists all solvers.
 """

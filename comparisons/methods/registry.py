@@ -1,7 +1,7 @@
 """All solvers by method name, and the choice of the solver for a scene.
 
-Our own are discovered: the files and rooms beside this one hold the solvers, and adding a file adds
-its solvers. One that is named after a table of physics is imported for scenes with that table
+Our own are discovered: the files and packages beside this one hold the solvers, and adding a file
+adds its solvers. One that is named after a table of physics is imported for scenes with that table
 (`load`). Methods from outside are put beside them by `add`.
 """
 
@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any, Protocol
 
-import comparisons.methods as room
+import comparisons.methods as package
 from comparisons.discovery import classes_in, files_of
 from comparisons.errors import InputError
 from comparisons.facts.methods import METHODS, Method
@@ -47,7 +47,7 @@ def load(tables: Iterable[str] = TABLES) -> None:
     wanted = ["", *tables]
     if _loaded.issuperset(wanted):
         return
-    for file in files_of(room, leave_out=set(TABLES) - set(wanted)):
+    for file in files_of(package, leave_out=set(TABLES) - set(wanted)):
         for solver in classes_in(file, Solver):
             if solver.name and solver not in SOLVERS.get(solver.name, ()):
                 # One without a row says itself what it is called, and is the truth where no other

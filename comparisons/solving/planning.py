@@ -463,7 +463,8 @@ def prepared_otherwise(scene: Scene) -> list[Scene]:
         )
         if cutoff <= min(geometry.size):
             variants[f"cut-off {with_unit(cutoff, 'm')}"] = {"surface.short_cutoff": cutoff}
-    if not face.periodic and min(nx, ny) >= 2 * LEAST:
+    divides = (face.short_cutoff or 0.0) <= min(geometry.size) / 2 and min(nx, ny) >= 2 * LEAST
+    if not face.periodic and divides:
         for x in (x0, x0 + nx - nx // 2):
             for y in (y0, y0 + ny - ny // 2):
                 crop = [x, y, nx // 2, ny // 2]

@@ -1,4 +1,4 @@
-"""Make the tables of docs/friction.md: creep coefficients, creep curves, grids and their cost.
+"""Make the tables of rolling: docs/friction.md, and on rubber docs/rubber-and-impact.md.
 
 Run from the repository's root (three minutes on one core). Tables that the page shows are written
 into it, others are printed; all of them, or those that are named::

@@ -69,10 +69,10 @@ class LineContact:
     """Contact of m lines at k loads; every array has shape (m, k).
 
     The penetration d counts from first touch of the highest peak (negative if a prescribed mean gap
-    leaves the line out of contact); F = E* int (h - z)_+ dx, springs of stiffness E* dx (19.14); A
-    = (pi/4) sum l_j^2 over the connected contacts (19.29); the contact length is sum l_j, the mean
-    gap that of (z - h)_+ over the line. The stiffness is dF/dd on the fixed contact set, E* sum
-    l_j, the energy the integral of F over d.
+    leaves the line out of contact); F = E* int (h - z)_+ dx, springs of stiffness E* dx (19.14);
+    A = (pi/4) sum l_j^2 over the connected contacts (19.29); the contact length is sum l_j, the
+    mean gap that of (z - h)_+ over the line. The stiffness is dF/dd on the fixed contact set,
+    E* sum l_j, the energy the integral of F over d.
     """
 
     penetration: np.ndarray

@@ -16,8 +16,8 @@ class Indentation:
     """Load curve of a single contact on springs; all arrays have shape (k,).
 
     Stiffness is dF/dd on the fixed contact set, 2 E* a ((19.13), (19.14)); energy that of the
-    springs, the integral of F over d. `spacing` is dx, `springs` the number in contact at the
-    largest load.
+    springs, the integral of F over d. `spacing` is dx, `springs` how many make up the contact
+    length at the largest load.
     """
 
     penetration: np.ndarray
@@ -39,11 +39,8 @@ def indent(springs: Springs, load: Load) -> Indentation:
     >>> np.round(hertz.force, 6)  # (4/3) E* sqrt(R) d^1.5
     array([0.166667, 1.333333])
     """
-    control, loads, modulus = (
-        load.one_of("penetration", "force"),
-        load.values,
-        springs.effective_modulus,
-    )
+    control, loads = load.one_of("penetration", "force"), load.values
+    modulus = springs.effective_modulus
     if control == "penetration":
         largest = float(springs.profile.contact_radius(loads[-1]))
     else:

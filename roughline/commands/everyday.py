@@ -111,7 +111,7 @@ def run(  # noqa: PLR0913 (the options on the command line)
         Enclose the reference by theorems also where that takes longer than the solves: rough
         surfaces (the documentation's page on error bars).
     sensitivity
-        Solve measured maps also with other trends subtracted, and their quarters alone.
+        Solve measured maps also with other trends and cut-offs, and their quarters alone.
     plan
         Print what would be modelled, what is left out and why, without solving.
     out

@@ -29,8 +29,8 @@ def test_rings_carry_the_force_of_the_springs_to_round_off():
 def test_rings_and_lines_are_inverse_for_a_parabola():
     rings = Rings(0.02, 50)
     # the mean of x^2 over a spring is dx^2/12 more than in its middle
-    assert_allclose((rings.lowering @ (rings.radii**2 / 2)), rings.middles**2, atol=2e-4)
-    assert_allclose((rings.raising @ (rings.middles**2)), rings.radii**2 / 2, atol=2e-3)
+    assert_allclose(rings.lowering @ (rings.radii**2 / 2), rings.middles**2, atol=2e-4)
+    assert_allclose(rings.raising @ rings.middles**2, rings.radii**2 / 2, atol=2e-3)
 
 
 def test_wear_reaches_no_spring_further_in():
@@ -38,14 +38,14 @@ def test_wear_reaches_no_spring_further_in():
     rings = Rings(1.0, 12)
     worn = np.zeros(12)
     worn[6] = 1.0
-    assert not (rings.lowering @ (worn))[:6].any()
-    assert (rings.lowering @ (worn))[6] > 0
+    assert not (rings.lowering @ worn)[:6].any()
+    assert (rings.lowering @ worn)[6] > 0
 
 
 def test_stiffness_against_wear_is_positive():
     """Its eigenvalues are real, positive and below 0.63 E*/dx: steps of dx/(2 k E*) are stable."""
     rings = Rings(1.0, 40)
-    change = np.array([(rings.lowering @ (row)) for row in np.eye(40)])
+    change = np.array([rings.lowering @ row for row in np.eye(40)])
     answer = 2 * rings.spacing * change @ change.T / np.sqrt(np.outer(rings.areas, rings.areas))
     values = np.linalg.eigvalsh(answer)
     assert 0 < values.min() < values.max() < 0.63

@@ -141,6 +141,9 @@ def test_too_few_iterations_are_an_error_with_their_history():
     with pytest.raises(ConvergenceError, match="3 iterations") as caught:
         press(operator, gap, Load("force", 5.0), max_iterations=3)
     assert len(caught.value.history) == 3
+    with pytest.raises(ConvergenceError) as caught:
+        press(operator, gap, Load("force", 5.0), max_iterations=1, by="pivot")
+    assert caught.value.history[0] > 0
 
 
 @pytest.mark.parametrize("operator_class", [FreeOperator, PeriodicOperator])

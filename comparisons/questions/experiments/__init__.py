@@ -1,4 +1,4 @@
-"""The experiments, by name: every file of this room is imported, and adds its own."""
+"""The experiments, by name: every file of this package is imported, and adds its own."""
 
 from __future__ import annotations
 

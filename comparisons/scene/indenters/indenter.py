@@ -11,7 +11,7 @@ from comparisons.scene.fields import SceneTable
 
 
 class Indenter(SceneTable):
-    """What every shape has; its subclasses in this room are the catalogue."""
+    """What every shape has; its subclasses in this package are the catalogue."""
 
     shape: str
 
@@ -29,9 +29,9 @@ class Indenter(SceneTable):
         """Its sizes, by the names that functions of the shape take them by."""
         return self.model_dump(exclude={"shape"})
 
-    def made_by(self, room: ModuleType, **more: float) -> Any:
+    def made_by(self, module: ModuleType, **more: float) -> Any:
         """Return what a module's public function of the shape's name makes; None without one."""
-        make = getattr(room, self.shape, None)
+        make = getattr(module, self.shape, None)
         return make(**self.parameters, **more) if callable(make) else None
 
     @property
