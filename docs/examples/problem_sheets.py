@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import tomli_w
 
-from comparisons.questions.problems import FOLDER, Known, Sheet, computed, read_sheet, seal
+from comparisons.questions.problem_sheets import FOLDER, Known, Sheet, computed, read_sheet, seal
 
 MARK = "\n# What is known, written by docs/examples/problem_sheets.py\n"
 SEALED_DIGITS = 6

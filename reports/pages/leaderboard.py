@@ -9,7 +9,7 @@ import numpy as np
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import quantity
 from comparisons.judging.verdicts import OUTSIDE
-from comparisons.questions.problems import Board, Judged
+from comparisons.questions.problem_sheets import Board, Judged
 from reports.pages.page import render
 from reports.plots.axes import error_axis, time_axis
 from reports.plots.figure import Figure, Level, Series

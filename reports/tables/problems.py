@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import quantity
-from comparisons.questions.problems import Sheet
+from comparisons.questions.problem_sheets import Sheet
 from reports.tables import cells
 from reports.tables.cells import Cell, Table, table
 
 if TYPE_CHECKING:
-    from comparisons.questions.problems import Judged  # half of the solvers
+    from comparisons.questions.problem_sheets import Judged  # half of the solvers
 
 DIGITS = 6
 # Bars below are those of closed forms.

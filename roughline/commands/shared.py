@@ -26,7 +26,7 @@ from roughline.commands.arguments import (
 )
 
 if TYPE_CHECKING:
-    from comparisons.questions.problems import Sheet
+    from comparisons.questions.problem_sheets import Sheet
 
 
 ENTRY = "entry.json"  # to be filled in
@@ -43,7 +43,7 @@ def problems(problem: str | None = None, *, out: Path | None = None) -> int:
         Also write the scene, the heights of a rough surface, and an entry to be filled in.
     """
     from comparisons.errors import InputError
-    from comparisons.questions.problems import builtin_sheets, sheet_of
+    from comparisons.questions.problem_sheets import builtin_sheets, sheet_of
     from reports.tables.problems import problem_list, sheet_table, sheet_text
     from roughline.commands.terminal import print_table
 
@@ -80,7 +80,7 @@ def submit(file: Path, *, leaderboard: Path | None = None) -> int:
     """
     from comparisons.files import write_text
     from comparisons.judging.verdicts import WITHIN
-    from comparisons.questions.problems import (
+    from comparisons.questions.problem_sheets import (
         ENTRIES,
         judge_entry,
         read_entry,
@@ -125,7 +125,7 @@ def leaderboard(directory: Path) -> int:
 def _write_page(directory: Path) -> list[str]:
     """Write the page of a folder, and return why some of its files are not judged."""
     from comparisons.files import write_text
-    from comparisons.questions.problems import boards_of
+    from comparisons.questions.problem_sheets import boards_of
     from comparisons.results.folder import PAGE
     from reports.pages.leaderboard import leaderboard_page
 
@@ -158,7 +158,7 @@ def write_problem(sheet: Sheet, folder: Path) -> list[Path]:
 
 def blank_entry(sheet: Sheet, steps: int) -> dict[str, Any]:
     """Return an entry without values: every place is to be filled in, or stays null."""
-    from comparisons.questions.problems import BLANK_SOLVER
+    from comparisons.questions.problem_sheets import BLANK_SOLVER
 
     return {
         "problem": sheet.id,

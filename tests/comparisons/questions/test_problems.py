@@ -9,8 +9,8 @@ import pytest
 from comparisons.errors import InputError
 from comparisons.geometry.prepare import prepare
 from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN
-from comparisons.questions import problems
-from comparisons.questions.problems import (
+from comparisons.questions import problem_sheets
+from comparisons.questions.problem_sheets import (
     LARGEST_FILE,
     Entry,
     Known,
@@ -61,7 +61,7 @@ def test_the_published_force_is_hertz_and_lies_between_its_bounds():
 @pytest.mark.parametrize("name", sorted({*SHEETS} - GRIDS))
 def test_references_of_closed_forms_come_out_again(name):
     sheet = SHEETS[name]
-    known = problems.computed(sheet)
+    known = problem_sheets.computed(sheet)
     if sheet.sealed:
         assert seal(known, sheet.sealed.digits) == sheet.sealed
     for quantity, published in sheet.reference.items():
@@ -72,7 +72,7 @@ def test_references_of_closed_forms_come_out_again(name):
 @pytest.mark.parametrize("name", sorted(GRIDS))
 def test_references_of_grids_come_out_again_within_their_bars(name):
     """To a hundredth of the bar: the same grids, other processors."""
-    known = problems.computed(SHEETS[name])
+    known = problem_sheets.computed(SHEETS[name])
     for quantity, published in SHEETS[name].reference.items():
         error = np.abs(np.array(known[quantity].values) / np.array(published.values) - 1)
         assert np.all(error < 0.01 * np.array(published.bars))
@@ -93,7 +93,7 @@ def test_a_seal_is_broken_by_a_change_of_the_last_digit_or_of_a_bar():
 def test_a_broken_seal_judges_nothing():
     wrong = sheet_of("rl-002").model_copy(update={"sealed": seal({"a": known(1.0)}, 6)})
     with pytest.raises(InputError, match="not the sealed one"):
-        problems.reference_of(wrong)
+        problem_sheets.reference_of(wrong)
 
 
 def test_a_blank_entry_is_refused_until_it_is_filled_in(tmp_path):
@@ -108,13 +108,13 @@ def test_a_blank_entry_is_refused_until_it_is_filled_in(tmp_path):
 
 
 def test_an_exact_entry_is_within_and_a_missing_quantity_is_no_result():
-    exact = problems.judge_entry(Entry.model_validate(stated()), HERTZ, HERTZ.reference)
+    exact = problem_sheets.judge_entry(Entry.model_validate(stated()), HERTZ, HERTZ.reference)
     assert {verdict.word for verdict in exact.verdicts.values()} == {WITHIN}
     assert exact.beyond == ()
     partial = stated()
     del partial["values"]["stiffness"]
     partial["values"]["force"][2] = None
-    lacking = problems.judge_entry(Entry.model_validate(partial), HERTZ, HERTZ.reference)
+    lacking = problem_sheets.judge_entry(Entry.model_validate(partial), HERTZ, HERTZ.reference)
     assert lacking.verdicts["stiffness"].word == NO_RESULT
     assert lacking.verdicts["force"].word == "not resolved"
     assert math.isnan(lacking.error)
@@ -124,7 +124,7 @@ def test_an_exact_entry_is_within_and_a_missing_quantity_is_no_result():
 def test_two_per_cent_are_outside_one_and_beyond_what_is_proved():
     off = stated()
     off["values"]["force"][1] *= 1.02
-    judged = problems.judge_entry(Entry.model_validate(off), HERTZ, HERTZ.reference)
+    judged = problem_sheets.judge_entry(Entry.model_validate(off), HERTZ, HERTZ.reference)
     assert (judged.worst, judged.verdicts["force"].word) == ("force", OUTSIDE)
     assert judged.error == pytest.approx(0.02, rel=1e-6)
     assert judged.beyond == ("force",)
@@ -137,7 +137,7 @@ def test_the_front_has_whoever_none_beats_in_both():
         return Entry.model_validate(off)
 
     entries = [entry("d", 10.0, 0.2), entry("good", 9.0, 1e-4), entry("untimed", None, 1e-6)]
-    board = problems.board_of(HERTZ, [*entries, entry("fast", 0.1, 0.1)])
+    board = problem_sheets.board_of(HERTZ, [*entries, entry("fast", 0.1, 0.1)])
     assert [judged.entry.solver for judged in board.front] == ["fast", "good"]
 
 
@@ -186,15 +186,15 @@ def test_a_folder_in_place_of_a_file_is_not_said_to_be_missing(tmp_path):
 
 
 def test_files_that_are_no_entries_any_more_are_listed_and_cost_no_other_its_place(tmp_path):
-    entries = tmp_path / problems.ENTRIES
+    entries = tmp_path / problem_sheets.ENTRIES
     entries.mkdir()
     written(entries, "{", "a.json")
     written(entries, stated(version=2), "b.json")
     written(entries, stated(), "c.json")
-    ranked, refused = problems.boards_of(tmp_path)
+    ranked, refused = problem_sheets.boards_of(tmp_path)
     assert [len(board.entries) for board in ranked] == [1]
     damaged, outdated = refused
     assert "a.json: not valid JSON" in damaged
     assert "version: expected 1, got 2" in outdated
     with pytest.raises(InputError, match="no entries"):
-        problems.boards_of(tmp_path / "empty")
+        problem_sheets.boards_of(tmp_path / "empty")

@@ -7,7 +7,7 @@ import pytest
 
 from comparisons import formatting as fmt
 from comparisons.judging.truth import Reference
-from comparisons.questions.problems import sheet_of
+from comparisons.questions.problem_sheets import sheet_of
 from comparisons.questions.study import solved_in_memory
 from comparisons.results.advice import advise
 from comparisons.results.finding import NOT_KNOWN, YES, family, finding

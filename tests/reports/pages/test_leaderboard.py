@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from comparisons.questions.problems import builtin_sheets
+from comparisons.questions.problem_sheets import builtin_sheets
 from roughline.commands.app import run_command
 
 HERTZ = builtin_sheets()["RL-001"]
