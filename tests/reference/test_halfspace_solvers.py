@@ -164,6 +164,14 @@ def test_what_a_sweep_forgot_is_found_again(operator_class):
         )
 
 
+def test_a_sweep_may_start_again_after_a_load_that_failed():
+    operator = FreeOperator((32, 32), (1.0, 1.0), 1.0)
+    gap = smooth_gap((32, 32), 13)
+    with pytest.raises(ConvergenceError):
+        list(sweep(operator, gap, Load("force", [1.0, 2.0]), max_iterations=3))
+    assert next(sweep(operator, gap, Load("force", [2.0]))).force == pytest.approx(2.0)
+
+
 def test_the_dense_solver_names_the_right_tool_for_large_and_periodic_contacts(monkeypatch):
     """The limit is on cells in contact; a geometric overlap of twice as many is still solved."""
     monkeypatch.setattr("reference.contact.pivot.CELL_LIMIT", 200)
