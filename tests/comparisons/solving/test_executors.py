@@ -248,6 +248,7 @@ def test_control_c_in_a_terminal_ends_nothing_but_the_process_that_hands_out_the
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
+@pytest.mark.usefixtures("interruptible")
 def test_a_job_that_is_handed_over_when_a_ctrl_c_comes_is_known_to_be_under_way(monkeypatch):
     """Else nobody would end it."""
 
