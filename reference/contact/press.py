@@ -16,10 +16,9 @@ from numba import njit
 from numpy.typing import ArrayLike
 
 from reference.arrays import Array, Mask
-from reference.contact import pivot as murty
 from reference.contact.body import LARGEST_KEPT, Convolution, ElasticBody
 from reference.contact.descent import descend
-from reference.contact.pivot import TabulatedCells, pivot
+from reference.contact.pivot import CELL_LIMIT, TabulatedCells, pivot
 from reference.errors import ConvergenceError, choice_faults, refuse
 from reference.loads import Load
 
@@ -501,10 +500,8 @@ def _pivot(
                 cells = TabulatedCells(body, near, max(reach, reaches[-1]))
                 respond = cells.response()
             active = cells.gaps < reach
-            if (
-                np.count_nonzero(active) > murty.CELL_LIMIT
-            ):  # about half of an overlap stays in contact
-                active[np.argsort(cells.gaps, kind="stable")[murty.CELL_LIMIT :]] = False
+            if np.count_nonzero(active) > CELL_LIMIT:  # about half of an overlap stays in contact
+                active[np.argsort(cells.gaps, kind="stable")[CELL_LIMIT:]] = False
             if mask is not None and mask[cells.rows, cells.columns].any():
                 active = mask[cells.rows, cells.columns]
             settled = pivot(

@@ -307,11 +307,10 @@ def modes(
     """
     small = (shape[0] // 2 + 1) * (shape[1] // 2 + 1) <= _LARGEST
     # the next realisation, load or repetition of a solve on the same cells has no set-up
-    made = _quarter if small else _quarter.__wrapped__
-    return kernels.whole(made(shape, spacing, body, element, bottom), shape[0])
+    quarter = (_kept_quarter if small else _quarter)(shape, spacing, body, element, bottom)
+    return kernels.whole(quarter, shape[0])
 
 
-@lru_cache(maxsize=_KEPT)
 def _quarter(
     shape: tuple[int, int],
     spacing: tuple[float, float],
@@ -343,6 +342,9 @@ def _quarter(
     quarter[0, 0] = uniform(body)
     quarter.flags.writeable = False
     return quarter
+
+
+_kept_quarter = lru_cache(maxsize=_KEPT)(_quarter)
 
 
 class ShearBody(NormalAndTangential):

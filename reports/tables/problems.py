@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import quantity
-from comparisons.questions.problem_sheets import Sheet
+from comparisons.questions.problem_sheets import Judged, Sheet
 from reports.tables import cells
 from reports.tables.cells import Cell, Table, table
-
-if TYPE_CHECKING:
-    from comparisons.questions.problem_sheets import Judged  # half of the solvers
 
 DIGITS = 6
 # Bars below are those of closed forms.

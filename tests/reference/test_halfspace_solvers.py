@@ -174,7 +174,8 @@ def test_a_sweep_may_start_again_after_a_load_that_failed():
 
 def test_the_dense_solver_names_the_right_tool_for_large_and_periodic_contacts(monkeypatch):
     """The limit is on cells in contact; a geometric overlap of twice as many is still solved."""
-    monkeypatch.setattr("reference.contact.pivot.CELL_LIMIT", 200)
+    for user in ("pivot", "press"):
+        monkeypatch.setattr(f"reference.contact.{user}.CELL_LIMIT", 200)
     x = np.arange(24) - 11.6
     operator = FreeOperator((24, 24), (1.0, 1.0), 1.0)
     bowl = (x[:, None] ** 2 + x**2) / 100

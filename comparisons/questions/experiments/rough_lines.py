@@ -238,9 +238,8 @@ def across_ridges(
     """
     wave = Westergaard(1 / _RIDGES, 1 / _RIDGES, 1.0)  # A0 = E* = 1
     pressure = load * wave.full_contact_pressure
-    true = {"contact_area": wave.contact_fraction(pressure), "mean_gap": wave.mean_gap(pressure)}[
-        quantity
-    ]
+    read = {"contact_area": wave.contact_fraction, "mean_gap": wave.mean_gap}[quantity]
+    true = float(read(pressure))
     points = _MAP * _RIDGES
     height = np.cos(2 * np.pi * np.arange(points) / _MAP)[:, None] / _RIDGES * np.ones(4)
     spectrum = line_of(measured(height, (1.0, 4 / points), periodic=True))
@@ -249,7 +248,7 @@ def across_ridges(
         for per_ridge in (_LINE, 2 * _LINE)
     )
     coarse, fine = (float(getattr(contact, quantity).item()) for contact in contacts)
-    return Finding(fine, float(true), abs(fine - coarse) / float(true) + 1e-12, {})
+    return Finding(fine, true, abs(fine - coarse) / true + 1e-12, {})
 
 
 # Maps, with lines of their spectra: the scatter of lines is averaged before that of maps.
