@@ -22,10 +22,7 @@ Sort = Literal["single", "rough", "adhesive", "other"]
 
 @dataclass(frozen=True)
 class Usual:
-    """The time of a usual solve of a contact or a surface, measured once on an idle machine.
-
-    Half of the seconds at `resolution` are spent on any grid, the other half grow with it.
-    """
+    """The time of a usual solve, measured on an idle machine: half of it grows with the grid."""
 
     seconds: float = 1.0
     resolution: int = 1
@@ -200,11 +197,7 @@ def method_named(name: str, where: str = "--method: ") -> str:
 
 
 def is_known(name: str) -> bool:
-    """Tell whether a method has this name.
-
-    One of our own whose file brings no row to `BUILT_IN` is known when the solvers are loaded:
-    that is done for a name that nobody knows, before it is called wrong.
-    """
+    """Tell whether a method has this name, of ours or, when solvers are loaded, of other files."""
     if name not in METHODS:
         import_module(SOLVERS).load()
     return name in METHODS

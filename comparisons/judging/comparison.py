@@ -47,9 +47,8 @@ def compare(
 ) -> Comparison:
     """Compare all solutions of a scene with its best reference.
 
-    `constants` are columns that are the same in every row, but where a solution knows the machine
-    that found it. To `prove` (hold the truth against theorems, where the scene asks) can outlast
-    the solves.
+    `constants` are columns that are the same in every row, unless a solution knows its machine. To
+    `prove` (hold the truth against theorems, where the scene asks) can outlast the solves.
     """
     truth = choose_truth(solved, plan.loads.axis, plan.compared)
     levels = {method: Levels.of(solved, method) for method, _ in solved}
@@ -251,10 +250,7 @@ def _verdicts(
 
 
 def truth_bars(plan: Plan, truth: Truth) -> dict[str, Bar]:
-    """Return the widest bar of the truth in each quantity that it gives.
-
-    What decides whether the truth may itself be taken as an answer.
-    """
+    """Return the truth's widest bar of each quantity: whether it may itself be the answer."""
     widest = {}
     for name in plan.compared:
         if name in FIELDS:
@@ -276,10 +272,7 @@ FEWEST = 20
 
 
 def single_errors(errors: np.ndarray) -> dict[str, float]:
-    """Return the band of single realisations' errors (m, k), at the step where it reaches furthest.
-
-    Steps count from 0. Empty where too few realisations have an error.
-    """
+    """Return the band of single realisations' errors (m, k), at the step where it is widest."""
     known = np.isfinite(errors).sum(axis=0) >= FEWEST
     if not known.any():
         return {}
@@ -293,8 +286,7 @@ def single_errors(errors: np.ndarray) -> dict[str, float]:
 def steps_outside(judged: Levels, resolution: int, truth: Truth, name: str) -> list[int] | None:
     """Return the load steps, from 0, at which the surface is outside the band of the lines.
 
-    Outside by more than the bar of its value. None where there is no such band: of methods that
-    solve the surface itself, of truths that are means over many surfaces, of few lines.
+    By more than the bar of its value. None where there is no such band.
     """
     solution = judged.solutions[resolution]
     values = solution.quantities.get(name)

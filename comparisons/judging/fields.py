@@ -142,11 +142,7 @@ class TruePressure:
 def pressure_measures(
     plan: Plan, solved: Solved, method: str, resolution: int, truth: Truth
 ) -> list[Measure]:
-    """Return name, error and bar of each pressure measure of one solution.
-
-    Where the truth is singular (a sharp edge, the tip of a cone) a ring of SINGULAR_RING contact
-    radii is left out of the L2 difference.
-    """
+    """Return name, error and bar of each pressure measure, without rings of `SINGULAR_RING`."""
     solution = solved[method, resolution]
     fields = solution.fields
     if "pressure" not in fields or not solution.converged[0, -1]:
@@ -154,9 +150,16 @@ def pressure_measures(
     force = float(solution.quantities["force"][0, -1])
     integral = float(np.nansum(fields["pressure"] * fields["pressure_weight"]) / force - 1)
     measures = [("pressure_integral", integral, 0.0)]
-    same = same_grid_difference(solved, method, resolution)
-    if same is not None:
-        measures.append(("pressure_same_grid", same, 0.0))
+    # A grid solver's pressure from FFT BEM's on its cells: both solve the same equations, so it is
+    # of the order of their violations of the contact conditions, or one of them is wrong.
+    other = solved.get((GRID, resolution)) if method != GRID else None
+    if other is not None and other.converged[0, -1] and "pressure_shape" in fields:
+        theirs, every = other.fields, np.ones(fields["pressure"].shape, dtype=bool)
+        if np.array_equal(fields["pressure_shape"], theirs.get("pressure_shape", ())):
+            same = pressure_difference(
+                fields["pressure"], fields["pressure_weight"], theirs["pressure"], every
+            )
+            measures.append(("pressure_same_grid", same, 0.0))
     true = TruePressure(plan, truth)
     values = true.at(fields)
     if values is None:
@@ -167,34 +170,10 @@ def pressure_measures(
     return [*measures, ("pressure", distance, bar)]
 
 
-def same_grid_difference(solved: Solved, method: str, resolution: int) -> float | None:
-    """Return the relative L2 distance of a grid solver's pressure from FFT BEM's on its cells.
-
-    Both solve the same equations, so this is no discretisation error: it is of the order of their
-    violations of the contact conditions, or one of them is wrong. None where there is no such pair.
-    """
-    grid_solution = solved.get((GRID, resolution))
-    fields = solved[method, resolution].fields
-    if method == GRID or grid_solution is None or "pressure_shape" not in fields:
-        return None
-    theirs = grid_solution.fields
-    if not grid_solution.converged[0, -1] or not np.array_equal(
-        fields["pressure_shape"], theirs.get("pressure_shape", ())
-    ):
-        return None
-    everywhere = np.ones(fields["pressure"].shape, dtype=bool)
-    return pressure_difference(
-        fields["pressure"], fields["pressure_weight"], theirs["pressure"], everywhere
-    )
-
-
 def _over_cells(
     values: tuple[np.ndarray, ...], fields: Fields, cells: tuple[int, int]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return two pressures, weights and what is kept of a grid, as means over blocks of its cells.
-
-    Of as many cells a block as divide the grid; a block is kept where all of its cells are.
-    """
+    """Return pressures, weights and what is kept as means over blocks of cells, if all are kept."""
     before, after, weight, keep = values
     if cells == (1, 1) or "pressure_shape" not in fields:
         return before, after, weight, keep
@@ -239,15 +218,11 @@ def last_histogram(solution: Solution, name: str, rows: slice = ALL) -> np.ndarr
 
 
 def _common(name: str, *solutions: Solution) -> slice:
-    """Return the surfaces that all of several solutions know a distribution of."""
     return slice(min(len(solution.distributions[name]) for solution in solutions))
 
 
 def mean_histogram(levels: Levels, name: str, resolution: int) -> np.ndarray:
-    """Return the mean of a distribution over the surfaces, on all grids up to a resolution.
-
-    That of the coarsest grid, and what each finer one changes on the surfaces that it solved.
-    """
+    """Return a distribution's mean over surfaces: the coarsest grid's, and finer grids' changes."""
     grids = [s for n, s in levels.solutions.items() if n <= resolution and name in s.distributions]
     mean, coarser = last_histogram(grids[0], name), grids[0]
     for finer in grids[1:]:
@@ -293,10 +268,7 @@ class TrueDistribution:
         return SAFE * distance(before, after, self.bins) / (resolution / coarser - 1)
 
     def scatter(self, levels: Levels) -> float:
-        """Return the 95 % half-width of a mean over surfaces or lines; zero of a single one.
-
-        The jackknife: the mean moves by its distance to that without one of the sample.
-        """
+        """Return the 95 % half-width of a mean by the jackknife; zero of a single surface."""
         coarsest = next(s for s in levels.solutions.values() if self.name in s.distributions)
         if len(coarsest.distributions[self.name]) == 1:
             return 0.0
@@ -326,10 +298,9 @@ class TrueDistribution:
 
 
 def distribution_rows(plan: Plan, solved: Solved) -> list[dict[str, Any]]:
-    """Return each method's distributions at the last load on its finest grid, bin by bin.
+    """Return each method's distributions at the last load on its finest grid, by bins with any.
 
-    ``amount`` is the share of the nominal area, or the number of contacts on it, between ``low``
-    and ``high``: a mean over surfaces or lines. Empty bins have no row.
+    ``amount`` is the share of the nominal area, or the number of contacts on it: a mean.
     """
     rows = []
     for method in dict.fromkeys(method for method, _ in solved):

@@ -71,10 +71,7 @@ class Estimate:
             return special.stdtrit(self.freedom, 0.975) * np.sqrt(variance)
 
     def differing(self, level: int) -> np.ndarray:
-        """Return the 95 % half-width of the mean on the finest grid less that on another, (k,).
-
-        Both have the same surfaces of the coarser grids, which drop out.
-        """
+        """Return the 95 % half-width of the finest grid's mean less that of another, (k,)."""
         if level == len(self.levels) - 1:
             return np.zeros(self.levels.shape[1])
         parts, counts = self.parts[level + 1 :], self.counts[level + 1 :]
@@ -180,22 +177,18 @@ def within_budget(numbers: np.ndarray, cost: np.ndarray, budget: float) -> np.nd
     return scaled
 
 
-def in_words(numbers: Sequence[int], resolutions: Sequence[int], noun: str = "surface") -> str:
-    """Return how many surfaces, or lines, were solved on which grid.
+def ensemble_text(method: str, numbers: Sequence[int], resolutions: Sequence[int]) -> str:
+    """Return how many surfaces or lines a method solves on which grid; "" where it is no matter.
 
-    >>> in_words([450, 38, 9], [64, 128, 256])
+    >>> ensemble_text("bem_fft", [450, 38, 9], [64, 128, 256])
     '450 surfaces at 64, 38 at 128, 9 at 256'
     """
-    first, *rest = [f"{n} at {grid}" for n, grid in zip(numbers, resolutions, strict=True)]
-    plural = noun if numbers[0] == 1 else f"{noun}s"
-    return ", ".join([first.replace(" at", f" {plural} at", 1), *rest])
-
-
-def ensemble_text(method: str, numbers: Sequence[int], resolutions: Sequence[int]) -> str:
-    """Return how many surfaces or lines a method solves on which grid; "" where it is no matter."""
     if not numbers:
         return ""
-    return in_words(numbers, resolutions, "line" if METHODS[method].dimension == 1 else "surface")
+    first, *rest = [f"{n} at {grid}" for n, grid in zip(numbers, resolutions, strict=True)]
+    noun = "line" if METHODS[method].dimension == 1 else "surface"
+    plural = noun if numbers[0] == 1 else f"{noun}s"
+    return ", ".join([first.replace(" at", f" {plural} at", 1), *rest])
 
 
 def _terms(values: Sequence[np.ndarray]) -> list[np.ndarray]:
@@ -224,8 +217,7 @@ def _mean(term: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _part(terms: Sequence[np.ndarray], level: int) -> np.ndarray:
     """Return what a term adds to the variance: its own, and twice its covariances with finer ones.
 
-    The covariance of two means is that of the surfaces, times the number of surfaces that they
-    share, over the numbers of both.
+    Of two means that is the covariance of the surfaces times shared surfaces, over both numbers.
     """
     total = np.zeros(len(terms[0]))
     for finer, term in enumerate(terms[level:], level):
@@ -272,11 +264,10 @@ def mean_curves(solution: Solution) -> Curves:
 class Levels:
     """One method's solutions, by resolution.
 
-    Over random surfaces the mean at a resolution is that of the coarsest, over many, and of the
-    differences from one resolution to the next, over fewer (`multilevel`): so means at two
-    resolutions differ by their grids alone. Another 3-D method than the leading grid
-    (GRID) solves some of the same surfaces: its mean is that of the leading grid, and what the two
-    differ by on the surfaces of both, where its answers scatter with that grid's.
+    Over random surfaces means at two resolutions differ by their grids alone. Another 3-D method
+    than the leading grid (GRID) solves some of the same surfaces: its mean is that of the leading
+    grid, and what the two differ by on the surfaces of both, where its answers scatter with that
+    grid's.
     """
 
     method: str
@@ -327,10 +318,7 @@ class Levels:
         }
 
     def scatter(self, name: str, resolution: int) -> np.ndarray:
-        """Return the relative 95 % half-width of a mean, for the surfaces are a sample of many.
-
-        NaN where the scatter is not known. For a single surface the mean is the value itself: zero.
-        """
+        """Return the relative 95 % half-width of a mean, or NaN; zero of a single surface."""
         if self._single(resolution):
             return np.zeros(self.solutions[resolution].converged.shape[1])
         means = self._means(name, resolution)
@@ -343,11 +331,7 @@ class Levels:
         return np.sqrt(self._means(name, resolution).parts.sum(axis=0))
 
     def apart(self, name: str, resolution: int, truth: Levels, finest: int) -> np.ndarray:
-        """Return the relative 95 % half-width of its mean less the truth's, on common surfaces.
-
-        Zero where both are the same surfaces on the same grids. Where the two share none it is
-        that of two independent means.
-        """
+        """Return the relative 95 % half-width of its mean less the truth's, on common surfaces."""
         if self._single(resolution):
             return np.zeros(self.solutions[resolution].converged.shape[1])
         means = truth._means(name, finest)
@@ -362,10 +346,7 @@ class Levels:
         return self._relative(width, means.mean, resolution)
 
     def discretisation(self, name: str) -> np.ndarray:
-        """Return the grid uncertainty of a quantity of the finest solution, (k,).
-
-        NaN with a single resolution.
-        """
+        """Return the grid uncertainty of a quantity of the finest solution, (k,); or NaN."""
         curves = {
             n: self.curves(n)[name] for n, s in self.solutions.items() if name in s.quantities
         }
@@ -416,7 +397,8 @@ class Levels:
     def ensemble(self) -> str:
         """How many surfaces were solved on which grid; "" where there is only one surface."""
         numbers = [len(solution.converged) for solution in self.solutions.values()]
-        return in_words(numbers, list(self.solutions)) if max(numbers, default=1) > 1 else ""
+        several = max(numbers, default=1) > 1
+        return ensemble_text(self.method, numbers, list(self.solutions)) if several else ""
 
     def missing(self, name: str, resolution: int) -> tuple[str, ...]:
         """Return per load step what is missing for a mean or its bar; "" where nothing is."""
@@ -457,8 +439,7 @@ class Levels:
         """Return this method's mean, and of its variance what is not the leading grid's.
 
         On the surfaces of both, q of this method and c of the leading grid: the mean is that of the
-        leading grid over all its surfaces times r = <q>/<c>, which scatters with q - r c, because
-        solvers differ by shares of the value. Along a path, where values pass zero, with q - c.
+        leading grid times r = <q>/<c>, which scatters with q - r c; along a path, with q - c.
         """
         assert self.anchor is not None
         near = self._nearest(resolution)
@@ -481,8 +462,8 @@ class Levels:
     def _follows_anchor(self) -> bool:
         """Whether its answers scatter with the leading grid's, as those of solvers do.
 
-        A theory gives every surface the same answer, a rule of thumb one that scatters by itself:
-        the leading grid's surfaces would add their scatter to such means.
+        Those of a theory, or of a rule of thumb, do not: the grid's scatter would only add to
+        theirs.
         """
         follows = []
         for resolution, solution in self.solutions.items() if self.anchor else ():

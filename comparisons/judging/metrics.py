@@ -12,10 +12,7 @@ Measure = tuple[str, float, float]
 
 
 def sizes_along_path(values: np.ndarray) -> np.ndarray:
-    """Return what errors along a path are relative to: its largest size, at every step.
-
-    Single values of a path pass zero. Only the step of which nothing is known stays unknown.
-    """
+    """Return what errors along a path are relative to: its largest size, at every known step."""
     size = np.abs(np.asarray(values, dtype=float))
     largest = np.nanmax(size) if np.isfinite(size).any() else np.nan
     return np.where(np.isfinite(size), largest, np.nan)
@@ -94,10 +91,7 @@ def front(times: np.ndarray, errors: np.ndarray) -> list[int]:
 def pressure_difference(
     pressure: np.ndarray, weight: np.ndarray, reference: np.ndarray, keep: np.ndarray
 ) -> float:
-    """Return the area-weighted relative L2 difference over the reference's contact, (n,) points.
-
-    `weight` is the area of each point; `keep` is False in a ring around a singularity.
-    """
+    """Return the relative L2 difference over the reference's contact, by `weight`, (n,)."""
     inside = keep & (reference > 0) & np.isfinite(reference)
     norm = float(np.sum(weight[inside] * reference[inside] ** 2))
     if norm == 0:
@@ -111,8 +105,7 @@ def grid_pressure_at(
 ) -> np.ndarray:
     """Return a gridded reference pressure at other points.
 
-    Where the points are a grid that is coarser by a whole number, the cells of the reference are
-    averaged (both then mean the pressure on the same cell); else bilinear interpolation.
+    On a grid that is coarser by a whole number as means over its cells; else by interpolation.
     """
     nx, ny = (int(n) for n in fields["pressure_shape"])
     values = fields["pressure"].reshape(nx, ny)

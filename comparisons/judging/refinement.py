@@ -43,12 +43,10 @@ def refinements(
 ) -> Iterator[Plan]:
     """Yield the plan with one more resolution at a time, to be solved, and last with its notes.
 
-    A scene that lists its resolutions means these: nothing is refined beyond them, and the plan
-    says so where they do not suffice. The generator is asked for more when all of the last plan
-    is solved, so the refinements of many scenes can go on side by side. On one rough surface a
-    second candidate of other code goes along, up to `FOLLOWED` points a side.
-
-    What is enough is by default a bar of a fifth of the tolerance in the quantity named first.
+    Nothing is refined beyond resolutions that a scene lists. The generator is asked for more when
+    all of the last plan is solved. On one rough surface a second candidate of other code goes
+    along, up to `FOLLOWED` points a side. `enough` is by default a bar of `SHARE` of the tolerance
+    in the quantity named first.
     """
     main = next((q for q in plan.compared if q not in FIELDS), None)
     target = SHARE * plan.scene.compare.tolerance
@@ -191,10 +189,7 @@ def _surfaces(
 
 
 def _variances(levels: Levels, widths: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Return the variances a_l of means over those that their 95 % half-widths allow, (m, j).
-
-    Means that have no answer, or allow nothing because they are zero, ask for nothing.
-    """
+    """Return the variances a_l of means over those allowed, (m, j); of means that allow any."""
     columns = []
     for name, width in widths.items():
         grids = [solution.quantities.get(name) for solution in levels.solutions.values()]

@@ -84,19 +84,14 @@ class Truth:
         """Tell whether it has a quantity, and so have the given curves."""
         return all(name in curves for curves in (self.curves, *curves))
 
-    def value(self, name: str, at: str, loads: np.ndarray) -> np.ndarray:
-        """Return a quantity where another one, `at`, has the given values (`metrics.at_equal`)."""
-        return at_equal(loads, self.curves[at], self.curves[name])
-
     def errors(
         self, curves: Curves, name: str, at: str, apart: np.ndarray | bool = False
     ) -> np.ndarray:
         """Return the signed relative error of a quantity at equal `at`, per load step.
 
-        Curves are (k,), or (m, k) of several realisations. At the prescribed load the values are
-        compared step by step; at the other one the truth is interpolated. NaN where either does
-        not know the quantity. Where no equilibrium exists, to say so (`apart`, (k,)) is right, and
-        where many do, any value is.
+        Curves are (k,), or (m, k) of several realisations. At the other load than the prescribed
+        one the truth is interpolated. Where no equilibrium exists, to say so (`apart`, (k,)) is
+        right, and where many do, any value is.
         """
         if not (self.knows(name, curves) and (at == self.axis or self.knows(at, curves))):
             return np.full_like(curves.get(name, self.solution.converged[0]), np.nan, dtype=float)
@@ -105,7 +100,8 @@ class Truth:
             right = apart & self.solution.valueless_steps
             right = right | (self.solution.undetermined.all(axis=0) & np.isfinite(curves[name]))
             return np.where(right & np.isfinite(error).any(), 0.0, error)
-        return relative_error(curves[name], self.value(name, at, curves[at]))
+        true = at_equal(curves[at], self.curves[at], self.curves[name])
+        return relative_error(curves[name], true)
 
     def why_missing(self, curves: Curves, name: str, at: str, lost: np.ndarray) -> str:
         """Return why there is no error at the load steps `lost`, and at how many, kind by kind."""
@@ -128,11 +124,12 @@ class Truth:
     def bar_sources(self, name: str, at: str, *, same_surfaces: bool = False) -> Sources:
         """Return the sources of the uncertainty of a quantity at equal `at`.
 
-        At the other load, the uncertainty of that load enters through the slope of the curve.
-        `same_surfaces` leaves out the scatter over realisations: methods that solve the very same
-        surfaces do not differ by it.
+        At the other load, its uncertainty enters through the slope of the curve. Methods that solve
+        the very same surfaces do not differ by the scatter over realisations (`same_surfaces`).
         """
-        sources = dict(self._systematic(name) if same_surfaces else self.sources[name])
+        sources = dict(self.sources[name])
+        if same_surfaces:
+            sources.pop(ENSEMBLE, None)
         if at == self.axis or at not in self.curves:
             return sources
         x, y = self.curves[at], self.curves[name]
@@ -277,7 +274,7 @@ class Truth:
                 continue
             curve, theirs = self.curves[name], second.curves[name]
             difference = np.abs(relative_error(theirs, curve, path=self.path))
-            bars = [combined(*truth._systematic(name).values()) for truth in (second, self)]
+            bars = [truth.bar(name, truth.axis, same_surfaces=True) for truth in (second, self)]
             allowed = times * combined(*bars) + EXACT
             finite = np.isfinite(difference) & np.isfinite(allowed)
             if not finite.any():
@@ -293,10 +290,6 @@ class Truth:
             if ratio[step] > 2:
                 excess = f"{relative(difference[step])} at load step {step + 1}, more than twice "
                 yield name, difference, f"{excess}their bars of {relative(allowed[step])}"
-
-    def _systematic(self, name: str) -> Sources:
-        """Return the sources that remain where both methods solve the very same surfaces."""
-        return {key: part for key, part in self.sources[name].items() if key != ENSEMBLE}
 
 
 def choose_truth(solved: Solved, axis: str, quantities: tuple[str, ...]) -> Truth | None:
@@ -329,25 +322,22 @@ def choose_truth(solved: Solved, axis: str, quantities: tuple[str, ...]) -> Trut
 
 def truths(solved: Solved, axis: str) -> list[Truth]:
     """Return every 3-D method's finest solution as a candidate, in order of preference."""
-    several = [Levels.of(solved, name) for name in leading(METHODS)]
-    return [
-        _candidate(levels, levels.finest, axis) for levels in several if levels.finest is not None
-    ]
+    candidates = (solution_of(solved, name, axis) for name in leading(METHODS))
+    return [truth for truth in candidates if truth is not None]
 
 
 def solution_of(solved: Solved, method: str, axis: str) -> Truth | None:
     """Return the finest solution of a named method with its bars; None where it has none."""
     levels = Levels.of(solved, method)
-    return None if levels.finest is None else _candidate(levels, levels.finest, axis)
-
-
-def _candidate(levels: Levels, resolution: int, axis: str) -> Truth:
+    resolution = levels.finest
+    if resolution is None:
+        return None
     curves, solution = levels.curves(resolution), levels.solutions[resolution]
     steps, gone = solution.converged.shape[1], solution.valueless_steps
     residual = np.where(np.isnan(solution.violation), 0.0, solution.violation).max(axis=0)
     sources: dict[str, Sources] = {}
     for name in curves:
-        if METHODS[levels.method].exact:
+        if METHODS[method].exact:
             known = {ARITHMETIC: np.full(steps, EXACT)}
         else:
             known = {

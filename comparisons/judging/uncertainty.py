@@ -147,7 +147,17 @@ def grid_uncertainty(
             fine, coarse = _typical(last), _typical(previous)
             order, factor = 1.0, SAFE
             if fine != 0 and np.isfinite(fine * coarse):
-                observed = _observed(coarse / fine, ratio, before)
+
+                def excess(p: float) -> float:
+                    """Return how much more differences of c n^-p shrink than they did; it grows."""
+                    shrinking = np.expm1(p * np.log(before)) / -np.expm1(-p * np.log(ratio))
+                    return float(shrinking - coarse / fine)
+
+                observed = MOST
+                if excess(LEAST) >= 0:
+                    observed = 0.0
+                elif excess(MOST) > 0:
+                    observed = optimize.brentq(excess, LEAST, MOST)
                 monotone = np.nansum(last * previous) > 0
                 if monotone and observed >= LOWEST:
                     order = float(min(observed, HIGHEST))
@@ -230,11 +240,7 @@ def discretisation(
     areas: np.ndarray | None = None,
     apparent: float = np.nan,
 ) -> np.ndarray:
-    """Return the relative uncertainty of the finest of several solutions, per load step, (k,).
-
-    By its share where that was measured, else by the grid convergence index: parameters as of
-    `share_uncertainty` and `grid_uncertainty`.
-    """
+    """Return the finest solution's relative uncertainty, (k,): by its share, else by GCI."""
     name, kind = quantity
     share = None if kind is None else share_of((name, kind), shares)
     if kind is not None and share is not None:
@@ -252,23 +258,6 @@ def of_fewer_cells(bars: np.ndarray) -> np.ndarray:
     [0.03, 0.03, nan, 0.02]
     """
     return np.where(np.isnan(bars), bars, np.fmax.accumulate(bars[::-1])[::-1])
-
-
-def _observed(shrinking: float, ratio: float, before: float) -> float:
-    """Return the order p at which the differences of c n^-p shrink as they did, 0 where none does.
-
-    Their ratio is (before^p - 1) / (1 - ratio^-p), with the ratios of the finer and the coarser
-    pair of resolutions; it grows with p from ln(before) / ln(ratio).
-    """
-
-    def excess(order: float) -> float:
-        return float(np.expm1(order * np.log(before)) / -np.expm1(-order * np.log(ratio))) - (
-            shrinking
-        )
-
-    if excess(LEAST) >= 0:
-        return 0.0
-    return MOST if excess(MOST) <= 0 else float(optimize.brentq(excess, LEAST, MOST))
 
 
 def _typical(values: np.ndarray) -> float:

@@ -160,10 +160,7 @@ class Verdict(Judgement):
 
     @property
     def where(self) -> str:
-        """That step and what was equal there: "load step 4, equal force"; on maps the band.
-
-        "" where nothing was decided.
-        """
+        """That step and what was equal there: "load step 4, equal force"; on maps the band."""
         if self.word == NO_RESULT:
             return ""
         compared = self.ratio and self.at in QUANTITIES  # along a path each step with itself
@@ -202,11 +199,10 @@ class Verdict(Judgement):
 
 
 def worst(items: Iterable[Verdict], *, asked: bool = False) -> Verdict:
-    """Return the verdict that decides over several quantities.
+    """Return the verdict that decides over several quantities, by `severity`.
 
-    The worst one (`severity`). Quantities that nothing answers, or
-    that the method does not compute, decide only where all are such; with `asked` the method has to
-    compute all that some method answers.
+    Quantities that nothing answers, or that the method does not compute, decide only where all are
+    such; with `asked` the method has to compute all that some method answers.
     """
     several = list(items)
     counted = [verdict for verdict in several if verdict.counts]
@@ -250,11 +246,7 @@ def judged(error: ArrayLike, uncertainty: ArrayLike, tolerance: float) -> Judgem
 
 
 def _first_largest(values: np.ndarray, errors: np.ndarray) -> int:
-    """Return the first step whose value is the largest, to round-off.
-
-    Steps that are alike by similarity must not change places with the processor. Where bars are
-    unknown, the larger error tells more.
-    """
+    """Return the first step whose value is the largest to round-off; of unknown bars the error."""
     largest = np.max(values)
     if np.isposinf(largest):
         return _first_largest(np.where(np.isposinf(values), errors, -1.0), errors)

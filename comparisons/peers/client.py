@@ -102,9 +102,8 @@ def press(
 ) -> PeerResult:
     """Solve a problem with a peer to at most a relative violation, as `tolerance` of our solvers.
 
-    `loosen` also loosens the peer's tolerance if its violation is much below the requested one, for
-    benchmarks at equal accuracy. Steps that exceed the violation at every tolerance are failures,
-    with the reason.
+    `loosen` also loosens its tolerance if the violation is much below, for benchmarks at equal
+    accuracy. Steps that exceed the violation at every tolerance are failures, with the reason.
     """
     tolerance = np.full((len(problem.gaps), len(problem.loads)), violation)
     best: PeerResult | None = None
@@ -181,10 +180,7 @@ def attempt(
 
 
 def _dimensionless(problem: Problem, tolerance: np.ndarray) -> tuple[dict[str, Any], float]:
-    """Return the dimensionless problem (E* = 1, lengths near 1) and its unit of pressure.
-
-    The length scales are powers of two; they and E* give the unit of pressure.
-    """
+    """Return the problem with E* = 1 and lengths near 1, and its unit of pressure."""
     operator, depths = problem.operator, problem.depths()
     side = 2.0 ** np.round(np.log2(operator.shape[0] * operator.spacing[0]))
     height = 2.0 ** np.round(np.log2(depths.max()))

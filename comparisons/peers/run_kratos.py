@@ -94,8 +94,6 @@ def solve(problem: dict[str, Any]) -> dict[str, Any]:
 
 
 def _settings(penetration: float, steps: int) -> dict[str, Any]:
-    """Return the parameters of the analysis."""
-
     def held(part: str, value: list[Any]) -> dict[str, Any]:
         return {
             "python_module": "assign_vector_variable_process",
@@ -173,7 +171,6 @@ def _listed(title: str, rows: Iterable[Iterable[Any]]) -> str:
 
 
 def _part(name: str, nodes: np.ndarray, elements: Iterable[int] = ()) -> str:
-    """Return a part of the model."""
     given = _listed("SubModelPartNodes", ((k,) for k in nodes.ravel().tolist()))
     cells = _listed("SubModelPartElements", ((k,) for k in elements))
     return "\n".join([f"Begin SubModelPart {name}", given, cells, "End SubModelPart"])

@@ -164,10 +164,7 @@ def shape_cases(
     table: dict[str, Any],
     series: dict[str, tuple[tuple[int, ...], ...]] = SERIES,
 ) -> Inquiry[list[Case]]:
-    """Solve one shape under both controls; return its cases.
-
-    One per quantity, without the area of flat punches, which is given.
-    """
+    """Solve one shape under both controls; return its cases, but for areas that are given."""
     plans: dict[str, Plan] = {}
     for control in ("penetration", "force"):
         data = {

@@ -37,13 +37,11 @@ NOT_SHOWN = "at loads of which the bounds prove nothing"
 class Case:
     """A bar and the true error that it must cover, for a quantity of one series of resolutions.
 
-    `curves` (levels, steps) and `others` (steps), the bars of the other sources, allow the grid's
-    bar to be recomputed with other shares. Error and bar are the rms over the load steps. `beyond`
-    (steps) is the relative distance from the proved interval, 0 inside, NaN where there is none;
-    `unproved` says why there is none at all. `areas` (steps) are contact areas,
-    `apparent` that of the surface, `counted` (steps), of an area, that of the cells on the finest
-    grid. `kind`: what its share of the changes was measured for (`uncertainty.Share`). The grid's
-    bar is taken `widened` times.
+    `curves` (levels, steps) and the bars of other sources (steps) allow the grid's bar to be
+    recomputed with other shares. `beyond` (steps) is the relative distance from the proved
+    interval, 0 inside, NaN where there is none; `unproved` says why there is none at all. `areas`
+    (steps) are contact areas, `apparent` that of the surface, `counted` that of the cells on the
+    finest grid. The grid's bar is taken `widened` times.
     """
 
     half: str
@@ -123,10 +121,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Summary:
-    """Quality of a number of bars.
-
-    coverage: fraction of bars that cover the true error; width: median of bar over error.
-    """
+    """How many bars, the share that covers the true error, and the median of bar over error."""
 
     count: int
     coverage: float
@@ -157,10 +152,7 @@ def _summary(errors: np.ndarray, bars: np.ndarray) -> Summary:
 
 @dataclass(frozen=True)
 class Held:
-    """Bars that have a proved interval beside them, those of them that do not reach it; the others.
-
-    without: reason -> how many bars have no interval for it.
-    """
+    """Bars beside a proved interval, how many miss it, and why others are without one, counted."""
 
     bars: int
     missed: int
@@ -176,10 +168,7 @@ class Held:
 
 
 def held(cases: Iterable[Case]) -> Held:
-    """Return how many bars there are to hold against a theorem, and how many it refutes.
-
-    A bar is that of one load step, as in a study (`judging.truth`).
-    """
+    """Return how many bars, of single load steps, there are to hold against a theorem."""
     bars, missed, without = 0, 0, Counter[str]()
     for case in cases:
         if case.beyond is None:
@@ -248,9 +237,9 @@ def with_shares(case: Case, shares: Shares) -> Case:
 def fitted_shares(cases: Iterable[Case]) -> Shares:
     """Return the narrowest shares that cover enough of the fitting half.
 
-    Every factor covers the required share of the bars at every load of its cases with three grids,
-    `two` times as much that of the cases with two; the factors are then raised. What nothing covers
-    keeps its value. Of areas it is what changes between grids tell, without the contact line.
+    Every factor covers the required share at every load of its cases with three grids, `two` times
+    as much that of those with two; factors are then raised. Areas are taken without the contact
+    line.
     """
     fitting = [replace(case, counted=None) for case in cases if case.half == "fitting"]
     fitted: dict[Calibrated, Share] = {}

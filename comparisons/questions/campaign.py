@@ -105,9 +105,8 @@ class Campaign(ABC, Generic[A, R]):
     def run(self) -> R:
         """Run the remaining jobs, and return the record written to the folder.
 
-        ResultsError if the folder has results and neither `resume` nor `overwrite` is set, or
-        another process writes into it. KeyboardInterrupt, LostWorkError after writing the completed
-        work.
+        ResultsError if the folder cannot be used (`open_folder`). KeyboardInterrupt, LostWorkError
+        after writing the completed work.
         """
         with nullcontext() if self.layout is None else held(self.directory):
             started = time.perf_counter()

@@ -63,10 +63,7 @@ class _Unwritten(Study):
 def run_for_check(
     method: str = MODEL_NAME, scenes: Iterable[str] = CHECK_SCENES, watch: Watch | None = None
 ) -> StudyRecord:
-    """Solve scenes with the judged method and the references that share no code with it, here.
-
-    InputError if the method or a scene is wrong.
-    """
+    """Solve scenes here with the judged method and references that share no code with it."""
     method = method_named(method)
     plans = []
     for source in scenes:
@@ -133,10 +130,7 @@ def drift(
 
 
 def _moves(name: str, method: str, changes: list[Change]) -> list[Finding]:
-    """Return what became of the model and the references; the same in both is a fault of neither.
-
-    Errors between two that share a fault show nothing of it.
-    """
+    """Return what became of the model and the references; the same in both is nobody's fault."""
     moved: dict[str, Change] = {}  # by the finest grid that moved
     for change in changes:
         if {CHANGED, LOST, ONE_SIDED} & {*change.kinds}:

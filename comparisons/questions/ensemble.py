@@ -137,11 +137,7 @@ class Ensemble(Campaign[list[Bundle], EnsembleResult]):
         save_ensemble(self.directory, record)
 
     def seconds_before(self) -> float | None:
-        """Return the seconds of the resumed run.
-
-        ResultsError if the folder holds another scene, method or version, or more surfaces than
-        asked for.
-        """
+        """Return the seconds of the resumed run; ResultsError if the folder holds others."""
         if not (self.directory / RECORD).exists():
             return None
         record = load_ensemble(self.directory)

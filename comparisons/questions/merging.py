@@ -111,8 +111,8 @@ def merge(directories: Iterable[Path], out: Path, command: str = "", files: Path
 def merge_ensembles(directories: Iterable[Path], out: Path, command: str = "") -> EnsembleResult:
     """Write a folder with the surfaces of several parts; files are linked or copied as they are.
 
-    The folders are of one scene, complete or not, and `out` is a new or empty one. Memory does not
-    grow with the surfaces. InputError lists all differences; nothing is written then.
+    They are of one scene, complete or not. InputError lists all differences; nothing is written
+    then.
     """
     with filled(out, RECORD) as folder:
         runs = {path: load_ensemble(path) for path in directories}
@@ -209,10 +209,7 @@ def _kept(run: StudyRecord, record: SceneRecord, task: Task) -> Solution | None:
 
 
 def _difference(first: Solution, second: Solution) -> float:
-    """Return the largest difference of a quantity, relative to its largest value.
-
-    It is infinite where only one of them has a value.
-    """
+    """Return the largest difference relative to the largest value; inf where one has no value."""
     both = first.converged & second.converged
     most = 0.0
     for name in set(first.quantities) & set(second.quantities):

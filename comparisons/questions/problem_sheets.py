@@ -87,10 +87,7 @@ def builtin_sheets() -> dict[str, Sheet]:
 
 
 def sheet_of(name: str) -> Sheet:
-    """Return a sheet by its id, in capitals or not.
-
-    InputError if there is none.
-    """
+    """Return a sheet by its id, in capitals or not; InputError if there is none."""
     sheets = builtin_sheets()
     if name.upper() not in sheets:
         raise InputError(f"problem: expected one of {', '.join(sheets)}, got {name!r}")
@@ -98,10 +95,7 @@ def sheet_of(name: str) -> Sheet:
 
 
 def read_sheet(path: Path) -> Sheet:
-    """Read a sheet.
-
-    InputError with all that is wrong with it.
-    """
+    """Read a sheet; InputError with all that is wrong with it."""
     try:
         sheet = Sheet.model_validate(read_toml(path))
     except ValidationError as error:
@@ -195,10 +189,7 @@ class Entry(SceneTable):
 
 
 def read_entry(path: Path) -> Entry:
-    """Read an entry and check it against its sheet.
-
-    InputError with all that is wrong with it.
-    """
+    """Read an entry and check it against its sheet; InputError with all that is wrong with it."""
     if not path.is_file():
         raise InputError(f"{path}: {'not a file' if path.exists() else 'no such file'}")
     if path.stat().st_size > LARGEST_FILE:
@@ -265,10 +256,7 @@ def _each_key_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def reference_of(sheet: Sheet) -> dict[str, Known]:
-    """Return what is known of every quantity: as published, or computed and held against its seal.
-
-    InputError if the reference that is computed here is not the one that was sealed.
-    """
+    """Return what is known of every quantity; InputError if it is not the one that was sealed."""
     if sheet.sealed is None:
         return sheet.reference
     known = computed(sheet)
@@ -281,10 +269,7 @@ def reference_of(sheet: Sheet) -> dict[str, Known]:
 
 
 def computed(sheet: Sheet) -> dict[str, Known]:
-    """Solve the scene of a sheet and return the truth, its bars and what theorems enclose.
-
-    InputError if no method gives all quantities.
-    """
+    """Solve a sheet: truth, bars and what theorems enclose; InputError if one is missing."""
     # not to list the problems
     from comparisons.judging.truth import choose_truth
     from comparisons.methods.normal.proved import enclosures
@@ -365,10 +350,7 @@ def judge_entry(entry: Entry, sheet: Sheet, known: dict[str, Known]) -> Judged:
 
 @dataclass(frozen=True)
 class Board:
-    """All entries of a problem, the best first; `front` are those that no other one beats.
-
-    None beats in both error and time; the fastest of the front is its first.
-    """
+    """All entries of a problem, best first; the `front`, fastest first, has no better ones."""
 
     sheet: Sheet
     entries: tuple[Judged, ...]
@@ -376,10 +358,7 @@ class Board:
 
 
 def board_of(sheet: Sheet, entries: Iterable[Entry]) -> Board:
-    """Judge and rank the entries of a problem.
-
-    InputError if the sealed reference does not come out here.
-    """
+    """Judge and rank the entries of a problem; InputError as of `reference_of`."""
     from comparisons.judging.metrics import front
 
     known = reference_of(sheet)
@@ -391,10 +370,7 @@ def board_of(sheet: Sheet, entries: Iterable[Entry]) -> Board:
 
 
 def boards_of(folder: Path) -> tuple[list[Board], list[str]]:
-    """Return the boards of all problems with entries in a folder, and why files are not judged.
-
-    InputError if there are no entries, or a sealed reference does not come out here.
-    """
+    """Return the boards of all problems with entries in a folder, and why files are not judged."""
     paths = sorted((folder / ENTRIES).glob("*.json"))
     if not paths:
         raise InputError(

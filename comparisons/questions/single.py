@@ -93,10 +93,7 @@ class SingleResult:
         return self.solved() | dict(self.proved)
 
     def column(self, name: str) -> np.ndarray:
-        """Return one of `columns`; nothing is proved for what is solved.
-
-        KeyError with the names that there are.
-        """
+        """Return one of `columns`; KeyError with the names that there are."""
         columns = self.solved()
         if name not in columns:
             columns = self.columns()
@@ -129,10 +126,7 @@ class SingleResult:
         return json.dumps(plain(document), indent=1, allow_nan=False)
 
     def stored_pressures(self) -> dict[int, dict[str, np.ndarray]]:
-        """Return load step -> pressure: at most eight, the last among them; none if it has none.
-
-        {r, p} for round contacts, else {x, y, p}.
-        """
+        """Return load step -> pressure {r, p} or {x, y, p}: at most eight, the last among them."""
         fields, last = self.solution.fields, self.solution.converged.shape[1] - 1
         steps = {k: at_step(fields, k) for k in stored_steps(fields)} | {last: fields}
         needed = {"pressure", "pressure_x", "pressure_y"}
@@ -161,8 +155,8 @@ class SingleResult:
     def distributions(self) -> dict[str, dict[str, np.ndarray]]:
         """Return the distributions at the last load, means over surfaces or lines.
 
-        ``low`` and ``high`` are the ends of the bins that are not empty; ``amount`` is the share of
-        the nominal area between them, or the number of contacts on it.
+        ``amount`` is the share of the nominal area between ``low`` and ``high``, or the number of
+        contacts.
         """
         geometry, several = self.plan.geometry, {}
         for name in self.solution.distributions:
@@ -180,10 +174,7 @@ class SingleResult:
         write_named_text(path, table_text(table))
 
     def write_vtu(self, path: Path) -> None:
-        """Write the fields at the last load.
-
-        InputError if the method has no fields on a surface or in a body.
-        """
+        """Write the fields at the last load; InputError if there are none on a mesh."""
         content = vtu_file(self.solution.fields)
         if content is None:
             raise InputError(f"--vtu: {self.method} has no field on a mesh for this scene")
@@ -199,9 +190,8 @@ def solve_scene(
     with_fields: bool = False,
     threads: int = 1,
 ) -> SingleResult:
-    """Solve a scene with one method.
+    """Solve a scene with one method, large grids by several `threads`; no digit changes.
 
-    Large grids of the half-space, and automata, are shared among `threads`; no digit changes.
     InputError if the scene, the method or the resolution is refused, with the reason.
     """
     cores = os.cpu_count() or 1

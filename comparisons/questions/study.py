@@ -137,8 +137,8 @@ class Study(Campaign[None, StudyRecord]):
     def answer(self, header: Header, answers: Mapping[str, None]) -> StudyRecord:
         """Compare the solutions so far, and return the record to be written.
 
-        The comparison counts into the seconds of the run: what theorems prove can take longer
-        than the solves. Whoever interrupts does not wait for it.
+        That counts into the seconds of the run: proofs can take long. Who interrupts waits for
+        none.
         """
         started = time.perf_counter()
         begun = [
@@ -199,10 +199,7 @@ class Study(Campaign[None, StudyRecord]):
                 save_solution(path, solution)
 
     def seconds_before(self) -> float | None:
-        """Return the seconds of the resumed run, and keep the list of runs that it was merged from.
-
-        ResultsError if the folder has scenes that would be dropped, or is damaged.
-        """
+        """Return the seconds of the resumed run; ResultsError if scenes would be dropped."""
         if not (self.directory / STUDY).exists():
             return None
         record = read_study(self.directory)
@@ -258,11 +255,10 @@ class Study(Campaign[None, StudyRecord]):
 def solved_in_memory(
     plan: Plan, effort: Effort, enough: Callable[[Plan, Solved], bool] | None = None
 ) -> tuple[Plan, Solved]:
-    """Solve a plan here as a study would, without a folder.
+    """Solve a plan here as a study would, and return it with the surfaces and grids of the end.
 
     With `enough` the grids of the truth are refined at quick effort, too, until it says so or the
-    next would take more than a minute. The plan that is returned has the surfaces, lines and grids
-    that were solved in the end.
+    next would take more than a minute.
     """
     solutions: dict[str, Solution] = {}
 
@@ -283,7 +279,6 @@ def solved_in_memory(
 
 
 def _finest(plans: Iterable[Plan]) -> dict[tuple[str, str], int]:
-    """Return the finest resolution of each method on each scene."""
     return {
         (plan.scene.name, planned.method): max(planned.resolutions, default=0)
         for plan in plans
@@ -303,9 +298,8 @@ def _joined(plan: Plan, solutions: Mapping[str, Solution]) -> Solved:
 def solve_task(task: Task, *, finest: bool = True, every_field: bool = False) -> Solution:
     """Solve a task with cached code, so that the compiling process does not matter.
 
-    Only fields of the first surface are shown, so those of other blocks are not transferred; those
-    in the body and of earlier loads only on the `finest` grid of a method when it is solved. What
-    no page shows of it only where ParaView asks for `every_field`.
+    Fields are transferred of the first surface; those in the body and of earlier loads of the
+    `finest` grid of a method; what no page shows of it only where ParaView asks for `every_field`.
     """
     if not (finest or every_field):
         task = replace(task, with_body=False)

@@ -141,9 +141,8 @@ class Advice:
     def cheapest_for(self, error: float) -> dict[str, Setting | None]:
         """Return the cheapest setting that was run of each method that is sure of an error.
 
-        A setting counts if it holds the error and so do all finer ones of its method: a coarse
-        grid whose errors happen to cancel is no way to get there. The truth counts with its own
-        bar, where no other setting of its method will do.
+        All finer ones of its method must be, too: errors that cancel on a coarse grid are no way to
+        get there. The truth counts with its own bar, where no other setting of its method will do.
         """
         cheapest = {}
         for method in dict.fromkeys(setting.method for setting in self.settings):
@@ -203,9 +202,8 @@ def _by_time(setting: Setting) -> float:
 def advise(record: SceneRecord) -> Advice:
     """Say which method to use for the asked quantities of a scene at its tolerance.
 
-    A setting meets the tolerance t where |e| + u <= t in every quantity and at every load step,
-    with u the bar (`comparisons.results.record`). The truth itself is a setting too: it meets
-    what its own bar is within.
+    A setting meets it where |e| + u does in every quantity and at every load step; the truth where
+    u does.
     """
     nothing = record.unanswered
     truth, finest_truth = record.reference.method, record.reference.resolution
@@ -253,12 +251,7 @@ def advise(record: SceneRecord) -> Advice:
 
 
 def _sentence(record: SceneRecord, advice: Advice) -> str:
-    """Return the advice.
-
-    For example: "For 1 % in force: reduced model 0.7 ms (N = 10), FFT BEM 16 ms (N = 16); outside:
-    dense BEM (force 1.5 % at load step 1, N = 20); reference: ..., known to 0.03 %." N is the
-    resolution.
-    """
+    """Return the advice: "For 1 % in force: reduced model 0.7 ms (N = 10); outside: FFT BEM"."""
     if not record.reference.method:
         return "No 3-D method finished, so no reference is available."
     if all(setting.is_truth for setting in advice.settings):

@@ -76,8 +76,8 @@ class EnsembleResult(NamedTuple):
 def survey(folder: Path) -> dict[str, Files]:
     """Return the files of a folder by the identity of their setting.
 
-    Incomplete files are skipped, and so are files with a surface that an earlier file has (two
-    processes wrote to one folder); their other surfaces count as not solved.
+    Incomplete files are skipped, and those with a surface that an earlier one has: what else they
+    have counts as not solved.
     """
     files: Files = {}
     for path in folder.glob(f"[!.]*{SUFFIX}"):
@@ -328,8 +328,7 @@ def read_bundle(path: Path) -> Bundle:
 def curves(paths: Iterable[Path], steps: int, size: int) -> Iterator[tuple[list[str], np.ndarray]]:
     """Yield names of quantities and their values (surfaces, steps, quantities), file after file.
 
-    The blocks have `size` surfaces, the last one the rest, whatever the bundles are: sums over
-    blocks round alike. NaN where there is no answer.
+    The blocks have `size` surfaces, the last one the rest: sums over blocks round alike.
     """
     rest: list[np.ndarray] = []
     names: list[str] = []

@@ -51,11 +51,7 @@ _BY_TABLE = {
 
 @once
 def family(record: SceneRecord) -> str:
-    """Return the family of a scene, in the plural.
-
-    Rough surfaces under other physics are a family of their own: what holds for a ball says
-    nothing of them.
-    """
+    """Return the family of a scene, in the plural; rough ones under other physics apart."""
     named = [label for table, label in _BY_TABLE.items() if table in record.tables]
     deep = depends_on_depth(record.tables)
     if not named and not deep:
@@ -173,10 +169,7 @@ def finding(records: Sequence[SceneRecord], method: str = MODEL) -> list[FamilyR
 
 
 def answers(record: SceneRecord, verdict: Verdict) -> bool:
-    """Tell whether a verdict is on an answer: the area of a flat face is what was put in.
-
-    So is the volume that a force wears off over a distance, k F s.
-    """
+    """Tell whether a verdict is on an answer, not on an area or a worn volume that was put in."""
     given = AREAS if family(record) == FLAT else ()
     loading, wear = (record.tables.get(table, {}) for table in ("loading", "wear"))
     if "sliding_distance" in wear and not {"force", "pressure"}.isdisjoint(loading):

@@ -84,10 +84,8 @@ def held(directory: Path) -> Iterator[None]:
 def open_folder(directory: Path, layout: Layout, *, resume: bool, overwrite: bool) -> None:
     """Make a folder that is held ready for a run.
 
-    A used one needs `resume` or `overwrite`, and must have no results of others. Overwriting
-    deletes old answers; temporary files that a killed run left are deleted in any case; other
-    people's files are spared. ResultsError, and nothing is changed, if the folder cannot be used as
-    asked.
+    A used one needs `resume` or `overwrite`, which deletes old answers, and must have no results of
+    others: ResultsError, and nothing is changed. What a killed run left is deleted in any case.
     """
     if resume and overwrite:
         raise ResultsError("--resume and --overwrite: expected at most one")
@@ -124,10 +122,7 @@ def is_used(directory: Path) -> bool:
 
 @contextlib.contextmanager
 def filled(out: Path, record: str) -> Iterator[Path]:
-    """Yield a new folder; what is in it moves to `out`, a new or empty one, the record last.
-
-    ResultsError if `out` holds anything, or another process holds it.
-    """
+    """Yield a new folder, whose files move to `out`, the record last; or ResultsError."""
     with held(out):
         if is_used(out):
             raise ResultsError(f"{out}: expected a new or empty folder for the merged results")

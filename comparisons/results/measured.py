@@ -51,10 +51,7 @@ def modulus_fits(scene: SceneRecord) -> dict[str, ModulusFit]:
 
 
 def modulus_sentence(scene: SceneRecord) -> str:
-    """Return the fitted moduli in a sentence; empty without a measured curve.
-
-    The interval is for independent errors of equal size; it does not cover drift or a wrong shape.
-    """
+    """Return the fitted moduli in a sentence; empty without a measured curve."""
     measured = measured_curve(scene)
     if measured is None:
         return ""

@@ -65,11 +65,7 @@ T = TypeVar("T")
 
 
 def once(function: Callable[P, T]) -> Callable[P, T]:
-    """Evaluate a function of a record, and of plain values, once per record and values.
-
-    A page and a terminal ask for the same verdicts hundreds of times. What was answered lives as
-    long as the record; callers do not change it.
-    """
+    """Evaluate a function of a record, and of plain values, once per record and values."""
 
     @wraps(function)
     def kept(*args: P.args, **more: P.kwargs) -> T:
@@ -82,10 +78,6 @@ def once(function: Callable[P, T]) -> Callable[P, T]:
         return answer
 
     return kept
-
-
-def _written(files: dict[tuple[str, int], Path]) -> list[tuple[str, int, str]]:
-    return [(*setting, f"{FIELDS_FOLDER}/{path.name}") for setting, path in files.items()]
 
 
 def _read(files: Any, info: ValidationInfo) -> dict[tuple[str, int], Path]:
@@ -102,7 +94,15 @@ def _read(files: Any, info: ValidationInfo) -> dict[tuple[str, int], Path]:
 
 
 # (method, resolution) -> file; in JSON a list of method, resolution and name.
-Files = Annotated[dict[tuple[str, int], Path], PlainValidator(_read), PlainSerializer(_written)]
+Files = Annotated[
+    dict[tuple[str, int], Path],
+    PlainValidator(_read),
+    PlainSerializer(
+        lambda files: [
+            (*setting, f"{FIELDS_FOLDER}/{path.name}") for setting, path in files.items()
+        ]
+    ),
+]
 
 
 @dataclass(frozen=True)
@@ -137,8 +137,7 @@ class Cost:
 class SceneRecord:
     """The results of a study for one scene: the same object after a run and read from a folder.
 
-    A record is equal to itself only, and does not change: what is derived from it is kept with it
-    (`once`).
+    It is equal to itself only, and does not change: what is derived is kept with it (`once`).
     """
 
     __pydantic_config__ = ConfigDict(arbitrary_types_allowed=True)
@@ -308,10 +307,7 @@ class SceneRecord:
 
     @once
     def curve(self, method: str, resolution: float | None = None) -> Rows:
-        """Return one row per load step: ensemble means, or the only realisation; finest by default.
-
-        Where a method ran with several options, the first set is taken.
-        """
+        """Return a row per step: means, or the only realisation; finest, of the first options."""
         rows = self.solved_rows(method)
         level = rows["resolution"]
         known = level[np.isfinite(level)]
@@ -537,15 +533,6 @@ PARTICLES = ("particle_places", "particle_displacement", "particle_von_mises")
 
 def field_problems(fields: dict[str, np.ndarray]) -> list[str]:
     """Return what is wrong with the arrays of one solution, at the last load and before."""
-    problems = _problems_at_one_load(fields)
-    for step in stored_steps(fields) if not problems else ():
-        own = {name: value for name, value in at_step(fields, step).items() if name in NAMES}
-        earlier = _problems_at_one_load(own)
-        problems += [f"step {step}: {problem}" for problem in earlier]
-    return problems
-
-
-def _problems_at_one_load(fields: dict[str, np.ndarray]) -> list[str]:
     names = {name for group in TOGETHER for name in group} | {*SCALARS, *POINTS}
     arrays = {name: value for name, value in fields.items() if name in names}
     problems = [
@@ -594,4 +581,7 @@ def _problems_at_one_load(fields: dict[str, np.ndarray]) -> list[str]:
         or not ((cells >= 0) & (cells < len(points))).all()
     ):
         problems.append("mesh_cells: expected numbers of mesh points")
+    for step in stored_steps(fields) if not problems else ():
+        own = {name: value for name, value in at_step(fields, step).items() if name in NAMES}
+        problems += [f"step {step}: {problem}" for problem in field_problems(own)]
     return problems

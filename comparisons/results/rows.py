@@ -26,10 +26,9 @@ LARGEST_RESOLUTION = 2**31
 
 
 class Rows:
-    """Rows of a table: ``rows["force"]`` is a column as an array.
+    """Rows of a table: ``rows["force"]`` is a column as an array, of "" or NaN where there is none.
 
-    A column that the table has not is unknown in every row: "" or NaN. Selections share the columns
-    of the table they are from: a page takes thousands of them.
+    Selections share the columns of the table they are from: a page takes thousands of them.
     """
 
     def __init__(self, columns: dict[str, np.ndarray], chosen: np.ndarray) -> None:

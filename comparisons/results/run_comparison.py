@@ -254,8 +254,7 @@ def _in_words(key: str, value: Any, unit: str = "") -> str:
 def at_common_loads(was: SceneRecord, now: SceneRecord) -> tuple[SceneRecord, SceneRecord, str]:
     """Return two records at the loads that both have, with the steps of the first; and a note.
 
-    Paths are followed until they part. Verdicts and times, which are of all loads, are left out
-    unless all are common, and then nothing is noted.
+    Paths are followed until they part. Verdicts and times are left out unless all loads are common.
     """
     names = list(dict.fromkeys((was.along, was.control))) if was.along == "time" else [was.control]
     first, second = (

@@ -31,10 +31,7 @@ def record_scene(
     *,
     prove: bool = True,
 ) -> SceneRecord:
-    """Compare the solutions of a plan with the best reference, and record verdicts and advice.
-
-    `fields` are files with the arrays at the last load; `prove` is that of `compare`.
-    """
+    """Compare a plan's solutions with the best reference; `fields`: files with last arrays."""
     constants = {"threads": THREADS, "machine": this_machine()}
     result = compare(plan, solved, constants, prove=prove)
     scene, truth, verification = plan.scene, result.truth, result.verification
@@ -83,10 +80,7 @@ NOT_COMPUTED = "not computed by the method"
 
 
 def explained(record: SceneRecord) -> tuple[Verdict, ...]:
-    """Return the verdicts of a record, with one on each asked quantity of each setting.
-
-    Those without a result say why; a method that solved nothing has resolution 0.
-    """
+    """Return a record's verdicts with one on each asked quantity of each setting, or why none."""
     nothing = {name: _why_unanswered(record, name) for name in record.quantities}
     verdicts = {
         (item.method, item.resolution, item.quantity, item.at): item for item in record.verdicts

@@ -165,8 +165,7 @@ def write_exports(record: StudyRecord) -> None:
 def measures(scene: SceneRecord) -> pd.DataFrame:
     """Return a row for each verdict of a method that gives the quantity, with its setting's cost.
 
-    ``error`` is that at the step that decides (NaN: the distance of two fields has no sign),
-    ``maximum`` its size; ``reason`` is the first one why a step has no answer.
+    ``error`` is that at the step that decides (NaN: it has no sign), ``maximum`` its size.
     """
     table = []
     for item in scene.verdicts:
@@ -192,9 +191,7 @@ def measures(scene: SceneRecord) -> pd.DataFrame:
 def curves(scene: SceneRecord) -> pd.DataFrame:
     """Return the answers of each method at its finest resolution, in SI units; NaN where lost.
 
-    Columns are ``scene``, ``step`` (from 0), the prescribed load, and ``method:quantity / unit``:
-    the methods in the order of every legend, the quantities in theirs. Of random surfaces these
-    are the means.
+    Columns are ``scene``, ``step`` (from 0), the prescribed load, and ``method:quantity / unit``.
     """
     along = scene.drawn_along
     names = in_order({*NORMAL, "contact_area", *scene.quantities} & {*CURVES, *NORMAL} - {along})
@@ -226,10 +223,7 @@ def _titled(name: str) -> str:
 
 
 def mesh_of(fields: dict[str, np.ndarray]) -> meshio.Mesh | None:
-    """Return the mesh of a solution's fields: the body of a FEM solve, particles, or a surface.
-
-    None where there is neither (lines, closed forms, or pressure not asked for).
-    """
+    """Return the mesh of a solution's fields: a body, particles or a surface; None of neither."""
     import meshio  # most runs write no such files
 
     if "mesh_points" in fields:

@@ -87,20 +87,46 @@ class ClusterExecutor(Executor):
         self._running: dict[Future, Job] = {}
         self._limits: dict[str, float] = {}
         self._looked = -LOOK
-        self._told = False
         self._look()
 
     def finished(self) -> Iterator[Done]:
         """Yield jobs as the workers finish them; the connection is closed at the end."""
-        from distributed import as_completed
+        from distributed import KilledWorker, as_completed
 
-        flow = as_completed(loop=self._client.loop)
+        flow, told = as_completed(loop=self._client.loop), False
         try:
             while self._waiting or self._running:
                 yield from self._submit(flow)
-                if self._running:
-                    self._tell_if_alone()
-                    yield self._result(next(flow))
+                if not self._running:
+                    continue
+                if not (self._limits or told):  # no worker is there; one may come at any time
+                    try:
+                        self._client.wait_for_workers(1, timeout=LOOK)
+                    except TimeoutError:
+                        waiting = f"the scheduler {self._address} has no workers: waiting for one"
+                        print(
+                            f"{waiting} (dask worker {self._address} --nthreads 1)", file=sys.stderr
+                        )
+                        told = True
+                    except (OSError, RuntimeError):  # it went away: the jobs tell
+                        pass
+                future = next(flow)
+                job = self._running.pop(future)
+                if future.cancelled():
+                    raise self._gone()
+                try:
+                    answer = future.result()
+                except KilledWorker as error:
+                    died = f"its worker died {error.allowed_failures + 1} times, the last one at "
+                    died += f"{error.last_worker.address}; most likely for lack of memory"
+                    yield Done(job, lost=died)
+                    continue
+                finally:
+                    future.release()
+                if isinstance(answer, _Refused):
+                    text = "\n  ".join(answer.differences)
+                    raise LostWorkError(f"a worker joined whose versions differ:\n  {text}\n")
+                yield Done(job, *answer)
         finally:
             with contextlib.suppress(Exception):  # nothing to be told about a lost scheduler
                 self._client.cancel(list(self._running))
@@ -117,19 +143,6 @@ class ClusterExecutor(Executor):
         self.workers = max(1, len(workers))
         self._looked = time.monotonic()
 
-    def _tell_if_alone(self) -> None:
-        """Say once that no worker is there, after some seconds: one may come at any time."""
-        if self._limits or self._told:
-            return
-        try:
-            self._client.wait_for_workers(1, timeout=LOOK)
-        except TimeoutError:
-            waiting = f"the scheduler {self._address} has no workers: waiting for one"
-            print(f"{waiting} (dask worker {self._address} --nthreads 1)", file=sys.stderr)
-            self._told = True
-        except (OSError, RuntimeError):  # it went away: the jobs tell
-            pass
-
     def _submit(self, flow: Any) -> Iterator[Done]:
         """Hand over jobs; those that fit into no worker come back at once."""
         import cloudpickle
@@ -144,11 +157,9 @@ class ClusterExecutor(Executor):
             job = self._waiting.popleft()
             fitting = [w for w, limit in self._limits.items() if job.memory + PROCESS <= limit]
             if self._limits and not fitting:
-                need, largest = job.memory + PROCESS, max(self._limits.values())
-                text = (
-                    f"needs {need / 1e9:.1f} GB, and the largest worker has {largest / 1e9:.1f} GB"
-                )
-                yield Done(job, lost=text)
+                need = f"needs {(job.memory + PROCESS) / 1e9:.1f} GB"
+                largest = f"the largest worker has {max(self._limits.values()) / 1e9:.1f} GB"
+                yield Done(job, lost=f"{need}, and {largest}")
                 continue
             chosen = fitting if len(fitting) < len(self._limits) else None
             # As bytes, which the scheduler passes on unopened: it needs no roughline, and does not
@@ -163,30 +174,6 @@ class ClusterExecutor(Executor):
 
     def _gone(self) -> LostWorkError:
         return LostWorkError(f"the scheduler {self._address} is gone")
-
-    def _result(self, future: Future) -> Done:
-        """Return what became of a job; lost with its scheduler, or by another version."""
-        from distributed import KilledWorker
-
-        job = self._running.pop(future)
-        if future.cancelled():
-            raise self._gone()
-        try:
-            answer = future.result()
-        except KilledWorker as error:
-            tries = error.allowed_failures + 1
-            return Done(
-                job,
-                lost=f"its worker died {tries} times, the last one at "
-                f"{error.last_worker.address}; most likely for lack of memory",
-            )
-        finally:
-            future.release()
-        if isinstance(answer, _Refused):
-            text = "\n  ".join(answer.differences)
-            raise LostWorkError(f"a worker joined whose versions differ:\n  {text}\n")
-        value, seconds = answer
-        return Done(job, value, seconds)
 
 
 def _connected(address: str) -> Client:
@@ -222,9 +209,8 @@ def identity(methods: str) -> dict[str, str]:
 
 def differences(expected: dict[str, str], actual: dict[str, str]) -> list[str]:
     """Return what differs, in words."""
-    absent = "nothing"
     return [
-        f"{name}: {actual.get(name, absent)}, here {expected.get(name, absent)}"
+        f"{name}: {actual.get(name, 'nothing')}, here {expected.get(name, 'nothing')}"
         for name in dict.fromkeys([*expected, *actual])
         if expected.get(name) != actual.get(name)
     ]

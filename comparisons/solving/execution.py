@@ -119,10 +119,7 @@ def this_machine() -> str:
 
 
 def _add_fields(task: Task, solution: Solution) -> None:
-    """Compute what follows from pressures, fields in the body and those of earlier load steps.
-
-    Without fields a picture is missing, not the solution.
-    """
+    """Compute what follows from pressures, and fields: without these a picture is missing only."""
     pressures, solution.pressures = solution.pressures, {}
     if not FROM_PRESSURE.isdisjoint(task.quantities):
         for index, build in pressures.items():
@@ -141,11 +138,7 @@ def _add_fields(task: Task, solution: Solution) -> None:
 
 
 def _solve(solver: Solver[Any], task: Task) -> Solution:
-    """Solve, and delay the warnings of floating-point arithmetic.
-
-    They (overflow at extreme scales) are passed on only if every step has an answer: of lost steps
-    the reason is recorded instead.
-    """
+    """Solve; warnings of arithmetic are passed on only if every step has an answer."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", RuntimeWarning)
         solution = run(solver, task)
@@ -176,11 +169,7 @@ def warm_up(solver: Solver[Any], task: Task) -> float:
 
 
 def _reset_peak() -> float:
-    """Reset the kernel's peak of this process's memory to the present use, and return that.
-
-    Freed memory that the C library keeps would hide what the next solve takes; it is returned to
-    the system first. NaN where the system has no such peak.
-    """
+    """Give back freed memory, reset the process's peak to the present use and return it, or NaN."""
     if sys.platform != "linux":
         return float("nan")
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
@@ -211,11 +200,7 @@ _PATIENCE = 60.0
 
 
 def compile_apart(task: Task) -> float:
-    """See that all compiled code that a task needs is in the cache; return the seconds it took.
-
-    Of several processes on a machine one compiles, the others wait for it. Where the cache cannot
-    be written nothing is done: the task compiles for itself.
-    """
+    """See that all compiled code of a task is in the cache, if it can be; return the seconds."""
     from numba.core.registry import cpu_target
 
     from reference.contact import descent
@@ -266,8 +251,7 @@ def compile_for(task: Task) -> dict[str, bool]:
 def compile_in_turn(folder: Path) -> None:
     """Let this process compile a function only while no other one does.
 
-    Waiting is safe: a function is waited for by those that call it, never the other way round, and
-    what calls itself is compiled within its own turn. The locks go with the common folder.
+    Waiting is safe: a function is waited for by those that call it, never the other way round.
     """
     from numba.core.compiler_lock import global_compiler_lock
     from numba.core.dispatcher import Dispatcher

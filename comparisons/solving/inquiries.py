@@ -80,10 +80,7 @@ class Inquiries(Generic[A]):
         return self._forecast.remaining(kinds, self._executor.workers)
 
     def ask(self, inquiries: Mapping[str, Inquiry[A]]) -> Iterator[Done | None]:
-        """Go through inquiries side by side; yield None at the start, then each job that is done.
-
-        LostWorkError ends it where all work is taken away, as with a scheduler that is gone.
-        """
+        """Go through inquiries side by side; yield None, then each job that is done."""
         try:
             for name, inquiry in inquiries.items():
                 self._go_on(name, inquiry)
@@ -177,7 +174,13 @@ def together(inquiries: Iterable[Inquiry[A]]) -> Inquiry[list[A]]:
 def curves(plan: Plan, earlier: Solved | None = None) -> Inquiry[Solved]:
     """Solve every method and resolution of a plan for its curves, but those that are known."""
     solved = dict(earlier or {})
-    missing = {s: [*map(curve_job, tasks)] for s, tasks in plan.settings.items() if s not in solved}
+    missing: dict[tuple[str, int], list[Job]] = {}
+    for setting, tasks in plan.settings.items():
+        for task in tasks if setting not in solved else ():
+            quantities = tuple(sorted(ALWAYS.union(task.quantities)))
+            job = solve_job(replace(task, with_body=False, quantities=quantities), curves_of)
+            job = replace(job, kind=replace(job.kind, timed=False))
+            missing.setdefault(setting, []).append(job)
     done = yield [job for jobs in missing.values() for job in jobs]
     for setting, jobs in missing.items():
         solutions: list[Solution] = [value_of(done[job.key]) for job in jobs]
@@ -193,10 +196,7 @@ SOLUTION = Archive(
 
 
 class Answers:
-    """Answers of jobs that are done, by their keys: in a folder, else in memory.
-
-    To resume is to take what an earlier run has left in the folder.
-    """
+    """Answers of jobs by their keys, in a folder or memory; `resume`: of earlier runs, too."""
 
     def __init__(self, folder: Path | None = None, *, resume: bool = False) -> None:
         self._folder, self._resume = folder, resume
@@ -210,10 +210,7 @@ class Answers:
         return self._folder / f"{job.key}{job.archive.suffix}"
 
     def put(self, done: Done) -> Done:
-        """Keep an answer and return what of it stays in memory.
-
-        What was lost is tried again by the next run.
-        """
+        """Keep an answer, but what was lost, and return what of it stays in memory."""
         path, archive = self.path(done.job), done.job.archive
         if path is not None and archive is not None and not done.lost:
             archive.save(path, done.value)
@@ -249,13 +246,6 @@ def curves_of(task: Task) -> Solution:
     if not task.wants_pressure:
         solution.fields.clear()
     return solution
-
-
-def curve_job(task: Task) -> Job:
-    """Return a solve for its curves as a job."""
-    quantities = tuple(sorted(ALWAYS.union(task.quantities)))
-    job = solve_job(replace(task, with_body=False, quantities=quantities), curves_of)
-    return replace(job, kind=replace(job.kind, timed=False))
 
 
 def value_of(done: Done) -> Any:

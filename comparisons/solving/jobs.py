@@ -118,10 +118,7 @@ class Done:
 
 @dataclass(frozen=True)
 class Remaining:
-    """Remaining seconds, and whether they are complete: False if jobs may take much longer.
-
-    `pace` is what was done so far over what it usually takes: what follows keeps to it, too.
-    """
+    """Remaining seconds, whether jobs may take much longer, and `pace`: time over the usual one."""
 
     seconds: float
     complete: bool
@@ -139,10 +136,7 @@ class _Done:
 
 
 class Forecast:
-    """The remaining time of jobs: what they usually take, times the pace of those most like them.
-
-    That of a method from outside is unknown until a job of it is done.
-    """
+    """The remaining time of jobs: their usual time, times the pace of those most like them."""
 
     def __init__(self) -> None:
         self._done: dict[tuple[str | int, ...], _Done] = {(): _Done()}
@@ -169,10 +163,7 @@ class Forecast:
         return like.beside / like.jobs + _repeated(pace * kind.usual_seconds, kind)
 
     def remaining(self, kinds: Iterable[Kind], workers: int) -> Remaining:
-        """Return the remaining time of jobs, divided among the workers.
-
-        It is complete if of each job's method another with such a contact was done.
-        """
+        """Return the remaining time; complete if one of each method and sort was done."""
         asked = list(kinds)
         estimates = [cost for cost in map(self.cost, asked) if cost is not None]
         # One worker has the longest job, however many workers there are.
@@ -182,7 +173,6 @@ class Forecast:
 
 
 def _repeated(solving: float, kind: Kind) -> float:
-    """Return the seconds of a solve with its repeats."""
     return max(solving, min(REPEATS * solving, REPEAT_SECONDS)) if kind.timed else solving
 
 
@@ -229,10 +219,7 @@ def timed(work: Callable[..., Any], arguments: tuple[Any, ...]) -> tuple[Any, fl
 
 
 def executor_for(workers: int = 1, scheduler: str | None = None) -> Executor:
-    """Return a cluster (by the address of a dask scheduler), processes here, or this process.
-
-    Processes work on one thread each.
-    """
+    """Return a cluster (a dask scheduler's address), processes of one thread, or this process."""
     if scheduler is not None:
         from comparisons.solving.cluster import ClusterExecutor
 

@@ -56,19 +56,13 @@ class Plan(PlanRecord):
         scene = self.scene
         pictured = "pressure" in scene.compare.quantities or not scene.physics
         pictured |= scene.rough and scene.physics == ("plasticity",)
+        # The key of a coarse grid says so, too: which grid is the finest changes as grids
+        # are added, keys must not. `solve_task` leaves the body out on coarse grids.
         return tuple(
-            task_of(
-                self,
-                planned.method,
-                resolution,
-                block,
-                # The key of a coarse grid says so, too: which grid is the finest changes as grids
-                # are added, keys must not. `solve_task` leaves the body out on coarse grids.
-                with_body=pictured and block[0] == 0,
-            )
+            task_of(self, planned.method, n, block, with_body=pictured and block[0] == 0)
             for planned in self.methods
-            for resolution in planned.resolutions
-            for block in self.blocks(planned.method, resolution)
+            for n in planned.resolutions
+            for block in self.blocks(planned.method, n)
         )
 
     @property
@@ -83,9 +77,8 @@ class Plan(PlanRecord):
     def compared(self) -> tuple[str, ...]:
         """The quantities that are compared: all that are asked for, but what is prescribed.
 
-        Of several loads force and penetration can each be compared at the other; along a path, in
-        time, over speeds and at a single load what is prescribed is the same for all. Asked for
-        alone, it stays, without a result.
+        Of several loads force and penetration can each be compared at the other. Asked for alone it
+        stays, without a result.
         """
         quantities = self.scene.compare.quantities
         if self.loads.compares_itself:
@@ -157,11 +150,7 @@ def realisation_count(scene: Scene, method: str, limit: int) -> int:
 
 
 def pilots(solver: Solver[Any], resolutions: tuple[int, ...]) -> tuple[int, ...]:
-    """Return how many surfaces or lines are solved before their scatter is known, whole tasks.
-
-    Empty where the number is not a matter of scatter: single contacts, single surfaces, physics
-    with ensembles of their own, methods that are compared with the leading grid in pairs.
-    """
+    """Return how many surfaces or lines are solved, in whole tasks, to know a scatter; or ()."""
     scene = solver.scene
     if scene.surface is None or scene.physics or solver.name not in (GRID, MODEL):
         return ()

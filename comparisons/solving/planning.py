@@ -62,8 +62,7 @@ WORTH_SAYING = 5e7
 def plan_scene(scene: Scene, effort: Effort = "quick") -> list[Plan]:
     """Plan a scene; a large map with the dense solver yields a second plan, for a patch of it.
 
-    SceneError if the geometry cannot be prepared, or the scene does not fit into memory; InputError
-    if a method from a user's file breaks when it is asked for its plan.
+    SceneError if it cannot be prepared or does not fit into memory; InputError of a user's method.
     """
     # what cannot fit is refused before any memory is taken
     problems = []
@@ -109,10 +108,7 @@ def plan_scene(scene: Scene, effort: Effort = "quick") -> list[Plan]:
 
 
 def plan_from(scene: Scene, said: PlanRecord, effort: Effort) -> Plan:
-    """Return the plan of a record, whatever this machine would have planned.
-
-    InputError if it has a method that is not known here.
-    """
+    """Return the plan of a record as it was; InputError if it has a method that is not known."""
     unknown = [method.method for method in said.methods if method.method not in METHODS]
     if unknown:
         problem = f"{', '.join(unknown)} not known here (--method-file adds methods)"
@@ -213,8 +209,7 @@ def _plan_method(draft: Plan, name: str) -> MethodPlan:
 def single_resolution(planned: tuple[int, ...], geometry: Geometry) -> int:
     """Return the one resolution that a single solve uses: a synthetic surface's own points.
 
-    Else the finest planned, which is the one that aims at the tolerance; of a measured map not the
-    third grid if it is larger than a field that is kept whole: it only narrows the bar.
+    Else the finest planned; of a map not one beyond `MOST_POINTS`: it only narrows the bar.
     """
     if isinstance(geometry, RoughGeometry):
         if geometry.random:
@@ -343,8 +338,7 @@ def with_brought(scene: Scene, brought: Sequence[str]) -> Scene:
 def unsolvable(plans: Sequence[Plan]) -> list[str]:
     """Name the scenes for which no method plans anything, methods with the same reason together.
 
-    Where [compare] methods or --methods leave a scene none, that is told only if they leave every
-    scene none: of a suite they may pick what they can do.
+    Where methods are named that is told only if they leave every scene none.
     """
     problems = []
     for plan in plans:

@@ -176,10 +176,7 @@ class ProcessExecutor(Executor):
 
 @contextmanager
 def _deaf_to_control_c() -> Iterator[None]:
-    """Start processes that a ctrl-C does not reach: this one ends them, without their tracebacks.
-
-    Theirs is the mask of the thread that starts them, here and behind `submit`.
-    """
+    """Start processes that a ctrl-C does not reach, by this thread's mask: this one ends them."""
     if sys.platform == "win32":
         yield
         return

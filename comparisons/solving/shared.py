@@ -26,10 +26,7 @@ _PAUSE = 0.02
 
 @contextlib.contextmanager
 def alone(path: Path, seconds: float = -1.0) -> Iterator[None]:
-    """Hold a lock; wait while another process holds it. One that ends lets go.
-
-    After some seconds, if any, go on without it: one that is stopped does not let go.
-    """
+    """Hold a lock; wait while another process holds it, at most for some seconds, then go on."""
     from filelock import FileLock
 
     lock = FileLock(path)
@@ -89,11 +86,7 @@ class Shared(Generic[P, R]):
         return self._kept(*args, **kwargs)
 
     def over(self, several: Iterable[tuple[Any, ...]]) -> list[R]:
-        """Return the results for several tuples of arguments, in their order.
-
-        What another process is busy with comes last, so that two that need the same list share the
-        work.
-        """
+        """Return the results for several tuples of arguments; what others do comes last."""
         arguments = list(several)
         results: dict[tuple[Any, ...], R] = {}
         waiting = []

@@ -48,7 +48,7 @@ def quantity(name: str) -> Quantity:
     >>> quantity("local_stress_undefined_share").label
     'local stress undefined share'
     """
-    return QUANTITIES.get(name, Quantity(name, name.replace("_", " ")))
+    return QUANTITIES.get(name, Quantity(name, name.replace("_", " "), comparable=False))
 
 
 def in_order(names: Iterable[str]) -> list[str]:
@@ -63,10 +63,7 @@ def in_order(names: Iterable[str]) -> list[str]:
 
 
 def counterpart(axis: str) -> str:
-    """Return the other load at which quantities are also compared; "" if none.
-
-    Paths, histories and speed ranges have none.
-    """
+    """Return the other load at which quantities are also compared; "" of paths and histories."""
     return quantity(axis).counterpart
 
 
@@ -90,7 +87,7 @@ def derived(
             (name, rule)
             for name, rule in rules.items()
             if name not in curves
-            and rule.needs <= set(curves)
+            and set(rule.of) <= set(curves)
             and (is_round or not rule.round_only)
         ]
         if not due:

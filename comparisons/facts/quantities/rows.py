@@ -22,21 +22,11 @@ class Contact(Protocol):
 
 @dataclass(frozen=True)
 class Derived:
-    """The derivation of a quantity from others, used if a method has not computed it.
+    """How a quantity follows by all known curves and the scene if no method has computed it."""
 
-    of: the quantities it depends on.
-    by: computes its values from all known curves and the scene.
-    round_only: valid for circular contacts only.
-    """
-
-    of: str | tuple[str, ...]
+    of: tuple[str, ...]
     by: Callable[[Curves, Contact], np.ndarray]
     round_only: bool = False
-
-    @property
-    def needs(self) -> frozenset[str]:
-        """The names in `of`."""
-        return frozenset({self.of} if isinstance(self.of, str) else self.of)
 
 
 @dataclass(frozen=True)
@@ -88,7 +78,7 @@ class Quantity:
     label: str
     symbol: str = ""
     unit: str = ""
-    comparable: bool = False
+    comparable: bool = True
     default: bool = False
     physics: tuple[str, ...] = ()
     load: Literal["", "normal", "tangential"] = ""
@@ -127,86 +117,67 @@ COMPUTED = (
         "largest pull",  # the pull-off force, if the contact parts
         "F_off",
         "N",
-        comparable=True,
         physics=_ADHERES,
         single=True,
     ),
     # Normal contact
-    Quantity(
-        "force",
-        "force",
-        "F",
-        "N",
-        comparable=True,
-        default=True,
-        load="normal",
-        counterpart="penetration",
-    ),
+    Quantity("force", "force", "F", "N", default=True, load="normal", counterpart="penetration"),
     Quantity(
         "penetration",
         "penetration depth",
         "d",
         "m",
-        comparable=True,
         default=True,
         load="normal",
         counterpart="force",
     ),
     Quantity(
-        "penetration_mean_plane",
-        "penetration from the mean plane",
-        "d_mean",
-        "m",
-        comparable=True,
-        signed=True,
+        "penetration_mean_plane", "penetration from the mean plane", "d_mean", "m", signed=True
     ),
     Quantity(
         "contact_area",
         "contact area",
         "A",
         "m2",
-        comparable=True,
         default=True,
-        derived=Derived("equivalent_radius", lambda k, _: np.pi * k["equivalent_radius"] ** 2),
+        derived=Derived(("equivalent_radius",), lambda k, _: np.pi * k["equivalent_radius"] ** 2),
     ),
     Quantity(
         "contact_area_raw",
         "contact area, cells counted",
         "A_raw",
         "m2",
-        comparable=True,
-        derived=Derived("contact_area", lambda k, _: k["contact_area"]),
+        derived=Derived(("contact_area",), lambda k, _: k["contact_area"]),
     ),
     Quantity(
         "contact_radius",
         "contact radius",
         "a",
         "m",
-        comparable=True,
-        derived=Derived("equivalent_radius", lambda k, _: k["equivalent_radius"], round_only=True),
+        derived=Derived(
+            ("equivalent_radius",), lambda k, _: k["equivalent_radius"], round_only=True
+        ),
     ),
     Quantity(
         "equivalent_radius",
         "equivalent radius",
         "√(A/π)",
         "m",
-        comparable=True,
-        derived=Derived("contact_area", lambda k, _: np.sqrt(k["contact_area"] / np.pi)),
+        derived=Derived(("contact_area",), lambda k, _: np.sqrt(k["contact_area"] / np.pi)),
     ),
     *(
-        Quantity(name, f"half-axis along {axis}", f"a_{axis}", "m", comparable=True, only=_ELLIPTIC)
+        Quantity(name, f"half-axis along {axis}", f"a_{axis}", "m", only=_ELLIPTIC)
         for name, axis in zip(HALF_AXES, "xy", strict=True)
     ),
-    Quantity("stiffness", "contact stiffness", "k", "N/m", comparable=True),
-    Quantity("mean_gap", "mean gap", "ū", "m", comparable=True, load="normal", counterpart="force"),
-    Quantity("contact_length", "contact length", "l", "m", comparable=True),
+    Quantity("stiffness", "contact stiffness", "k", "N/m"),
+    Quantity("mean_gap", "mean gap", "ū", "m", load="normal", counterpart="force"),
+    Quantity("contact_length", "contact length", "l", "m"),
     Quantity(
         "contact_length_stiffness",
         "contact length from stiffness",
         "k/E*",
         "m",
-        comparable=True,
-        derived=Derived("stiffness", lambda k, scene: k["stiffness"] / scene.effective_modulus),
+        derived=Derived(("stiffness",), lambda k, scene: k["stiffness"] / scene.effective_modulus),
     ),
     # What yields
     Quantity(
@@ -214,7 +185,6 @@ COMPUTED = (
         "mean pressure",
         "F/A",
         "Pa",
-        comparable=True,
         derived=Derived(
             ("force", "contact_area"),
             lambda k, _: np.divide(
@@ -224,9 +194,9 @@ COMPUTED = (
             ),
         ),
     ),
-    Quantity("pressure_peak", "peak pressure", "p_max", "Pa", comparable=True, only=_BOUNDED),
+    Quantity("pressure_peak", "peak pressure", "p_max", "Pa", only=_BOUNDED),
     *(
-        Quantity(name, label, symbol, unit, comparable=True, only=f"{_BOUNDED}, {_UNIFORM}")
+        Quantity(name, label, symbol, unit, only=f"{_BOUNDED}, {_UNIFORM}")
         for name, label, symbol, unit in (
             ("shear_max", "largest shear stress inside", "τ_max", "Pa"),
             ("shear_max_depth", "depth of the largest shear stress", "z_τ", "m"),
@@ -234,127 +204,72 @@ COMPUTED = (
             ("von_mises_depth", "depth of the largest von Mises stress", "z_v", "m"),
         )
     ),
-    Quantity("contact_count", "number of contacts", "n", comparable=True),
-    Quantity("energy", "elastic energy", "U", "J", comparable=True),
+    Quantity("contact_count", "number of contacts", "n"),
+    Quantity("energy", "elastic energy", "U", "J"),
     # Number of contacts of a size
     Quantity(
         "contact_sizes",
         "areas of single contacts, distribution",
         "n(A)",
         "m2",
-        comparable=True,
         field=True,
         norm=True,
         bins=Bins("area", 1e-8, 1.0),
     ),
     # Friction and sliding
-    Quantity(
-        "tangential_force",
-        "tangential force",
-        "Fₓ",
-        "N",
-        comparable=True,
-        physics=_DRAGS,
-        load="tangential",
-    ),
+    Quantity("tangential_force", "tangential force", "Fₓ", "N", physics=_DRAGS, load="tangential"),
     Quantity(
         "tangential_displacement",
         "tangential displacement",
         "uₓ",
         "m",
-        comparable=True,
         physics=_STICKS,
         load="tangential",
     ),
-    Quantity(
-        "tangential_stiffness",
-        "tangential stiffness",
-        "kₓ",
-        "N/m",
-        comparable=True,
-        physics=_STICKS,
-    ),
+    Quantity("tangential_stiffness", "tangential stiffness", "kₓ", "N/m", physics=_STICKS),
     Quantity(
         "stiffness_ratio",
         "tangential over normal stiffness",
         "kₓ/k",
-        comparable=True,
         physics=_STICKS,
         derived=Derived(
             ("tangential_stiffness", "stiffness"),
             lambda k, _: k["tangential_stiffness"] / k["stiffness"],
         ),
     ),
-    Quantity("stick_area", "sticking area", "A_stick", "m2", comparable=True, physics=_STICKS),
-    Quantity(
-        "friction_coefficient", "coefficient of friction", "µ", comparable=True, physics=_DRAGS
-    ),
+    Quantity("stick_area", "sticking area", "A_stick", "m2", physics=_STICKS),
+    Quantity("friction_coefficient", "coefficient of friction", "µ", physics=_DRAGS),
     # Share of the surface that is open by a gap
     Quantity(
         "gap_distribution",
         "gap, distribution",
         "P(g)",
         "m",
-        comparable=True,
         field=True,
         norm=True,
         bins=Bins("height", 1e-6, 1e2),
     ),
     # Impact
-    Quantity("restitution", "coefficient of restitution", "e", comparable=True, physics=_HITS),
-    Quantity("contact_duration", "duration of contact", "T", "s", comparable=True, physics=_HITS),
+    Quantity("restitution", "coefficient of restitution", "e", physics=_HITS),
+    Quantity("contact_duration", "duration of contact", "T", "s", physics=_HITS),
     # Parameters of load steps other than loads, which are never compared
-    Quantity("time", "time", "t", "s"),
-    Quantity("speed", "speed", "v", "m/s"),
-    Quantity("velocity", "velocity of impact", "v₀", "m/s"),
-    Quantity("sliding_distance", "sliding distance", "s", "m"),
-    Quantity("cycles", "cycles", "n"),
-    Quantity("step", "step of the path"),
+    Quantity("time", "time", "t", "s", comparable=False),
+    Quantity("speed", "speed", "v", "m/s", comparable=False),
+    Quantity("velocity", "velocity of impact", "v₀", "m/s", comparable=False),
+    Quantity("sliding_distance", "sliding distance", "s", "m", comparable=False),
+    Quantity("cycles", "cycles", "n", comparable=False),
+    Quantity("step", "step of the path", comparable=False),
     # Lubrication
-    Quantity(
-        "film_central", "central film thickness", "h_c", "m", comparable=True, physics=_LUBRICATED
-    ),
-    Quantity(
-        "film_minimum", "minimum film thickness", "h_min", "m", comparable=True, physics=_LUBRICATED
-    ),
-    Quantity(
-        "lubrication_force",
-        "force of the film",
-        "F_film",
-        "N",
-        comparable=True,
-        physics=_LUBRICATED,
-    ),
-    Quantity(
-        "friction_force", "friction of the film", "F_fr", "N", comparable=True, physics=_LUBRICATED
-    ),
+    Quantity("film_central", "central film thickness", "h_c", "m", physics=_LUBRICATED),
+    Quantity("film_minimum", "minimum film thickness", "h_min", "m", physics=_LUBRICATED),
+    Quantity("lubrication_force", "force of the film", "F_film", "N", physics=_LUBRICATED),
+    Quantity("friction_force", "friction of the film", "F_fr", "N", physics=_LUBRICATED),
     # Plasticity
-    Quantity(
-        "residual_depth",
-        "depth that remains after unloading",
-        "d_res",
-        "m",
-        comparable=True,
-        physics=_YIELDS,
-    ),
-    Quantity(
-        "plastic_share",
-        "share of the contact that yields",
-        "A_p/A",
-        comparable=True,
-        physics=_YIELDS,
-    ),
-    Quantity(
-        "first_yield",
-        "penetration at first yield",
-        "d_y",
-        "m",
-        comparable=True,
-        physics=_YIELDS,
-        single=True,
-    ),
+    Quantity("residual_depth", "depth that remains after unloading", "d_res", "m", physics=_YIELDS),
+    Quantity("plastic_share", "share of the contact that yields", "A_p/A", physics=_YIELDS),
+    Quantity("first_yield", "penetration at first yield", "d_y", "m", physics=_YIELDS, single=True),
     # Pressure at the last load
-    Quantity("pressure", "contact pressure", "p", "Pa", comparable=True, field=True, norm=True),
+    Quantity("pressure", "contact pressure", "p", "Pa", field=True, norm=True),
     Quantity(
         "pressure_same_grid",
         "pressure against FFT BEM on the same grid",
@@ -362,31 +277,29 @@ COMPUTED = (
         "Pa",
         field=True,
         norm=True,
+        comparable=False,
     ),
-    Quantity("pressure_integral", "integrated pressure", "∫p dA", "N", field=True),
+    Quantity(
+        "pressure_integral", "integrated pressure", "∫p dA", "N", field=True, comparable=False
+    ),
     # Share of the surface that carries a pressure
     Quantity(
         "pressure_distribution",
         "contact pressure, distribution",
         "P(p)",
         "Pa",
-        comparable=True,
         field=True,
         norm=True,
         bins=Bins("pressure", 1e-5, 1e2),
     ),
     # Rolling
-    Quantity(
-        "traction", "utilised friction", "Fₓ/(µF)", comparable=True, physics=_ROLLS, signed=True
-    ),
-    Quantity(
-        "lateral_force", "lateral force", "F_y", "N", comparable=True, physics=_ROLLS, signed=True
-    ),
-    Quantity("creep", "creep", "ξ", signed=True),
-    Quantity("lateral_creep", "lateral creep", "η", signed=True),
+    Quantity("traction", "utilised friction", "Fₓ/(µF)", physics=_ROLLS, signed=True),
+    Quantity("lateral_force", "lateral force", "F_y", "N", physics=_ROLLS, signed=True),
+    Quantity("creep", "creep", "ξ", signed=True, comparable=False),
+    Quantity("lateral_creep", "lateral creep", "η", signed=True, comparable=False),
     # Wear
-    Quantity("worn_volume", "worn volume", "V", "m3", comparable=True, physics=_WEARS),
-    Quantity("wear_depth", "largest worn depth", "h_w", "m", comparable=True, physics=_WEARS),
+    Quantity("worn_volume", "worn volume", "V", "m3", physics=_WEARS),
+    Quantity("wear_depth", "largest worn depth", "h_w", "m", physics=_WEARS),
 )
 
 # What theorems enclose, but where it is prescribed itself, and the columns of both sides.
@@ -396,7 +309,9 @@ SIDES = {"lower": "proved not below", "upper": "proved not above"}
 ROWS = (
     *COMPUTED,
     *(
-        Quantity(f"{row.name}_{side}", f"{row.label}, {meaning}", row.symbol, row.unit)
+        Quantity(
+            f"{row.name}_{side}", f"{row.label}, {meaning}", row.symbol, row.unit, comparable=False
+        )
         for row in COMPUTED
         if row.name in ENCLOSED
         for side, meaning in SIDES.items()

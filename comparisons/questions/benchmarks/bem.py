@@ -127,11 +127,7 @@ def sweep(points: int, cutoff: int, steps: int, target: float | None) -> SetUp:
 
 
 def hertz(points: int, radius: int, target: float | None, *, cropped: bool) -> SetUp:
-    """Return a paraboloid on a large free grid, with the contact radius given in cells.
-
-    If cropped, the grid is the box of the geometric overlap (sqrt(2) contact radii), which contains
-    the contact.
-    """
+    """Return a paraboloid on a free grid, contact radius in cells; cropped to the overlap's box."""
     side = 2 * int(np.ceil(np.sqrt(2) * radius)) if cropped else points
     # Off-centre, because real surfaces lack the symmetry of the grid.
     x = np.arange(side) - side / 2 + 0.3
@@ -267,8 +263,8 @@ def measure_cost() -> list[Measurement]:
 def _size(points: int) -> Measurement:
     """Return the cost of a solve relative to a pair of transforms, and its fraction in FFTs.
 
-    That is the number of convolutions on the finest grid in either precision times their cost; the
-    coarser grids of the start are not counted.
+    That is convolutions on the finest grid times their cost: without the coarser grids of the
+    start.
     """
     case, field = rough(points, CUTOFFS[0], MEDIUM, None), np.ones((points, points))
 
@@ -293,10 +289,7 @@ def _size(points: int) -> Measurement:
 
 
 def _shared(points: int) -> Measurement:
-    """Compare a solve by two threads with one by one thread, in time on the wall.
-
-    Beside it, what two threads gain that share nothing: products of matrices and copies.
-    """
+    """Compare two threads with one in time on the wall, beside two that share nothing."""
     gap, force = surface(points, CUTOFFS[0]), Load("force", MEDIUM * SLOPE / 2)
 
     def solve(threads: int) -> object:

@@ -116,10 +116,7 @@ def rows(cases: tuple[Case, ...]) -> list[Measurement]:
 
 
 def expected_and_taken(*case: Any) -> dict[str, list[list[float]]]:
-    """Return for each resolution the bytes by the plan, those of a second solve, and its seconds.
-
-    The first solve compiles.
-    """
+    """Return bytes by the plan, those of a second solve (the first compiles) and its seconds."""
     described, measured = Case(*case), []
     for resolution in described.resolutions:
         scene = parse_scene(described.text(resolution), "memory", Path())

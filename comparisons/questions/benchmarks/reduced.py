@@ -90,10 +90,7 @@ def _presses(title: str, lines: RoughLines, loads: int) -> dict[str, Callable[[]
 
 
 def _sliding() -> list[Measurement]:
-    """Return the cost of Problem 1 relative to one np.exp per point and step, slow to fast sliding.
-
-    A tenth of the line is in contact at rest; for half of it, there is no target.
-    """
+    """Return the cost of Problem 1 relative to one np.exp per point and step."""
     heights = rough_lines(SLIDING_LINES, SLIDING_POINTS).heights
     lines = RoughLines(1e-2 * heights, 1 / SLIDING_POINTS)
     points = np.random.default_rng(0).normal(size=lines.heights.shape)

@@ -46,8 +46,7 @@ def interleaved(
 ) -> dict[str, list[float]]:
     """Return seconds per call of the tasks: `repeats` readings in turns after an unmeasured call.
 
-    The first call compiles and fills caches. Garbage is collected before, not during the readings.
-    With `time.process_time` as the clock, other load on the machine does not count.
+    Garbage is collected before them. The clock `time.process_time` leaves out other load.
     """
     with threadpool_limits(limits=1):
         counts = {}

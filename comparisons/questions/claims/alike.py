@@ -18,8 +18,7 @@ MODULI = {"youngs_modulus", "shear_modulus", "effective_modulus", "poisson_ratio
 def claims_on(scene: Scene) -> list[ClaimRecord]:
     """Return the claims on the reduced model of such a scene, whose numbers may be others.
 
-    A claim against a printed number is on the scene of that number alone.
-    Of claims that differ in their tolerance alone it is the one nearest to that of the scene.
+    Of claims that differ in their tolerance alone the nearest one; none against a printed number.
     """
     found, own = [], _kind(scene)
     for name, keys in builtin_claims().items():

@@ -63,10 +63,7 @@ class ClaimError(InputError):
 
 
 class Claim(SceneTable):
-    """A validated claim; docs/claims.md explains every key.
-
-    A setting gives a number to every nuisance parameter, by its key.
-    """
+    """A validated claim; docs/claims.md explains every key. A setting: nuisance key -> number."""
 
     id: str
     text: Prose
@@ -229,10 +226,7 @@ def about_method(claims: list[Claim], method: str) -> list[Claim]:
 
 
 def load_claims(names: tuple[str, ...] = ()) -> list[Claim]:
-    """Return built-in claims by id and all of files; by default all, in the chapter's order.
-
-    ClaimError lists all problems of all files.
-    """
+    """Return built-in claims by id and all of files, by default all; ClaimError lists problems."""
     builtin = builtin_claims()
     claims: list[Claim] = []
     problems: list[str] = []
@@ -349,10 +343,7 @@ def _scene_problems(claim: Claim, which: int) -> list[str]:
 
 
 def scene_of(claim: Claim, side: Side, more: Mapping[str, Any] | None = None) -> Scene:
-    """Return the scene of a side, with further keys changed.
-
-    It is a file beside the claim, or a built-in one.
-    """
+    """Return the scene of a side (a file beside the claim, or built-in), with changed keys."""
     assert side.scene is not None
     beside = Path(claim.directory) / side.scene
     computed = {AREA_FROM_STIFFNESS: "stiffness"}

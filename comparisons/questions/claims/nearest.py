@@ -215,8 +215,8 @@ def _decided(
 ) -> tuple[Point, str]:
     """Return the point that decides over a stretch of the parameter, and the word there.
 
-    Of the points that differ from the scene in the fewest values it is the nearest, or the worst of
-    those that the stretch covers.
+    Of those that differ from the scene in the fewest values the nearest, or the worst that it
+    covers.
     """
     alike = record.like(own)
     fewest = min(len(point.apart(own)) for point in alike)
@@ -273,8 +273,7 @@ def nearest_to(record: SceneRecord) -> list[Nearest]:
 def plainly(answers: list[Nearest], tolerance: float) -> list[str]:
     """Return whether the reduced model is within a tolerance, and the measurement that tells it.
 
-    Quantities with the same answer share one. Where slopes are too large, or what a claim had is
-    another here and its points do not agree, the measurement is no answer: that is said.
+    Quantities with the same answer share one. Where a measurement is no answer that is said.
     """
     asked, groups = fmt.tolerance(tolerance), dict[str, list[str]]()
     for answer in sorted(answers, key=lambda answer: WORST_FIRST.index(answer.word)):
@@ -305,10 +304,7 @@ def in_words(answers: list[Nearest], tolerance: float) -> str:
 
 @cache
 def measured(name: str) -> Measured:
-    """Return what was measured of a claim that comes with the package.
-
-    A creep is over that of full slip, the shortest wave over the side, not over their spacing.
-    """
+    """Return what was measured of a claim that comes with the package, in the units of `places`."""
     claim = stored()[name]
     unit, parameter = 1.0, claim.parameter
     if name in ROLLING.values():

@@ -256,10 +256,6 @@ class Nuisance(Span, populate_by_name=True):
         """The choices in words, none where the parameter is a number."""
         return list(self.labels or map(str, self.values))
 
-    def choice(self, number: float) -> str:
-        """Return a choice in words; the caller formats numbers."""
-        return self.choices[int(number)]
-
 
 class Map(SceneTable):
     """A validity map: the claim's own parameter across, one that the statement leaves open up."""

@@ -139,8 +139,8 @@ class ClaimRecord(Form):
     def differs(self) -> bool:
         """Whether the verdict differs from the expected one.
 
-        A quick run with wider bars may leave a claim unresolved, and its few draws do not tell
-        that a claim holds as stated only; neither is a difference, nor is a claim that was not run.
+        A quick run may leave a claim unresolved, and tells no "holds as stated only": neither
+        differs.
         """
         if self.expected is None or self.verdict == self.expected or not_run(self.points):
             return False
@@ -163,10 +163,7 @@ class ClaimsRecord(Header):
 
 
 def load_claims_record(path: Path) -> ClaimsRecord:
-    """Read the claims of a results folder, or of a file written by `roughline claims --json`.
-
-    ResultsError if there are none, or the file is invalid.
-    """
+    """Read the claims of a folder, or of a file; ResultsError if there are none, or damaged."""
     file = path / RECORD if path.is_dir() else path
     return read_record(ClaimsRecord, file, f"{file}: no claims were judged here")
 

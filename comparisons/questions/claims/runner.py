@@ -106,10 +106,7 @@ def judge_claim(claim: Claim, effort: Effort, seed: int = SEED) -> ClaimRecord:
 
 
 def judged_claim(claim: Claim, effort: Effort, seed: int = SEED) -> Inquiry[ClaimRecord]:
-    """Request the solves of a claim; return the verdict and measurements.
-
-    The seed is that of the sample over its nuisance parameters.
-    """
+    """Request a claim's solves, with a seed for its draws; return the verdict and measurements."""
 
     def under(setting: Setting) -> Measure:
         there = claim.under(setting)
@@ -286,10 +283,7 @@ _WORDS |= {"tolerance_from", "refuted_by", "theorem", "expected"}
 
 
 def stale(claims: Iterable[Claim]) -> list[str]:
-    """Return the ids of the claims whose stored verdict is older than its code, or that have none.
-
-    A verdict of which no digest was stored is older.
-    """
+    """Return the ids of claims whose stored verdict is older than its code, or that have none."""
     stored = {record.id: record.digest for record in load_claims_record(STORED).claims}
     return [claim.id for claim in claims if stored.get(claim.id) != digest_of(claim)]
 

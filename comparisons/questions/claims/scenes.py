@@ -111,10 +111,7 @@ def _is_decided(claim: Claim, measured: Measurement) -> bool:
 def _measure_apart(
     claim: Claim, value: float | None, effort: Effort, independent: bool, *, spared: bool = False
 ) -> Inquiry[Measurement]:
-    """Measure a claim whose sides are of two scenes, or one of them a number.
-
-    The true side may be spared the finest of its grids.
-    """
+    """Measure a claim on two scenes or a number; `spared` omits the true side's finest grid."""
     known: list[dict[str, tuple[np.ndarray, Sources]]] = []
     details: dict[str, float | str] = {}
     seconds, path = 0.0, False
@@ -188,8 +185,8 @@ def _plan(
 ) -> Plan:
     """Plan what is judged and what a side needs: its own method, or references.
 
-    Beside a closed form, coarse grids suffice as a check. At quick effort, methods that only check
-    (also finite elements with friction beside the half-space) omit their finest grid.
+    Beside a closed form coarse grids suffice. At quick effort, what only checks omits its finest
+    grid.
     """
     scene = scene_of(claim, side)
     exact = not isinstance(solver_for(CLOSED_FORM, scene), Refusal)

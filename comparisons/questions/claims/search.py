@@ -148,10 +148,7 @@ def along_nuisance(
 
 
 def representative(points: Sequence[PointRecord]) -> PointRecord:
-    """Return the point at which a claim is varied along other parameters.
-
-    The middle one of those within; where none is, the one with the smallest error.
-    """
+    """Return the middle one of the points within, else that of the smallest error."""
     within = [point for point in points if point.word == WITHIN]
     if within:
         return within[len(within) // 2]

@@ -44,8 +44,8 @@ def _sentence(
 ) -> str:
     """Return a sentence on the verdict with the decisive numbers.
 
-    For example: "Within 1 % for R'/R'' from 1 to 1.96; outside from 2.04 on. Error there -1.0 %,
-    and -16 % at 20." Where the claim has a premise the errors at all values follow.
+    "Within 1 % for R'/R'' from 1 to 1.96; outside from 2.04 on. Error there -1.0 %, and -16 % at
+    20."
     """
     limit, factor = limit_words(claim.tolerance, claim.factor), claim.factor
 
@@ -120,10 +120,9 @@ def _conditions(
 ) -> str:
     """Return for what the claim holds beyond the setting at which it is stated, "" if for all.
 
-    For example: "The statement leaves open (at load 0.01): roll-off (1 above): within from 1 to 1.5
-    (not at 1.8); half-space (free above): free 2 % (within), periodic -40 % (outside). Of 8 draws
-    over all of it: 3 within, 5 outside; the largest error is -87 % (load 0.05, roll-off 3.2,
-    half-space periodic)."
+    "The statement leaves open (at load 0.01): roll-off (1 above): within from 1 to 1.5 (not at
+    1.8). Of 8 draws over all of it: 3 within, 5 outside; the largest error is -87 % (load 0.05,
+    ...)."
     """
     if not nuisances:
         return ""

@@ -186,7 +186,6 @@ class Formula(SceneTable):
 
 
 def _at(scene: Scene, path: str) -> Any:
-    """Return the value at a dotted key of a scene, or None."""
     table: Any = scene
     for key in path.split("."):
         table = getattr(table, key, None)
@@ -271,10 +270,7 @@ class HardCase(SceneTable):
         return self.expected.get(method, only)
 
     def scene_in(self, folder: Path, changes: dict[str, Any] | None = None) -> Scene:
-        """Return the scene, optionally with changed keys, with its maps in a folder.
-
-        SceneError if it is none.
-        """
+        """Return the scene with its maps in a folder, and changed keys; or SceneError."""
         data: dict[str, Any] = {"name": self.id}
         for path, value in (self.scene | (changes or {})).items():
             override(data, path, deepcopy(value))
@@ -426,9 +422,6 @@ class HardCasesRecord(Header):
 
 
 def load_record(directory: Path) -> HardCasesRecord:
-    """Read the outcomes in a folder.
-
-    ResultsError if there are none, or the file is invalid.
-    """
+    """Read the outcomes in a folder; ResultsError if there are none, or the file is invalid."""
     missing = f"{directory}: no hard cases were run here"
     return read_record(HardCasesRecord, directory / RECORD, missing)

@@ -64,10 +64,7 @@ def builtin_files() -> list[Path]:
 
 
 def load_cases(names: Iterable[str]) -> list[HardCase]:
-    """Return built-in cases by id, and all cases of user files.
-
-    HardCaseError lists all problems of names and files.
-    """
+    """Return cases by id, and all of user files; HardCaseError lists all problems of both."""
     builtin_cases, files, problems = catalogue(), [], []
     for name in names:
         if name not in builtin_cases and Path(name).is_file():
@@ -87,10 +84,7 @@ def load_cases(names: Iterable[str]) -> list[HardCase]:
 
 
 def read_cases(files: Iterable[Path], context_files: Iterable[Path] = ()) -> list[HardCase]:
-    """Return the cases of files, which may use baselines of other files; ids must be unique.
-
-    HardCaseError lists all problems.
-    """
+    """Return the cases of files, which may use baselines of others, or all their problems."""
     problems: list[str] = []
     families, context = _families(files, problems), _families(context_files, problems)
     baselines: dict[str, Layer] = {}
@@ -177,11 +171,7 @@ def _owner(location: tuple[int | str, ...], lineage: list[Layer]) -> Layer:
 
 
 def _put_over(base: Mapping[str, Any], keys: Mapping[str, Any]) -> dict[str, Any]:
-    """Merge the keys of a case over those of its baseline.
-
-    Scene keys are merged by path, expectations by method, maps by file; other keys replace. Values
-    that are not tables are left to validation.
-    """
+    """Merge scenes by path, expectations by method, maps by file; other keys replace."""
     merged = {**base, **keys}
     merged.pop("like", None)
     for name in ("scene", "expected", "maps"):

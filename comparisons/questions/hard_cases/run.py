@@ -52,10 +52,7 @@ WARNED = "warned: "
 
 
 class HardCases(Campaign[list[OutcomeRecord], HardCasesRecord]):
-    """Hard cases, the methods to be tried, and the folder of outcomes, which are replaced.
-
-    Without full effort, slow pairs are skipped with a note.
-    """
+    """Cases, methods to be tried, and the folder of outcomes; only full effort runs slow pairs."""
 
     layout = Layout(RECORD, (TABLE, PAGE))
 
@@ -190,13 +187,11 @@ def solve_warned(task: Task) -> Solution:
 
 
 def _jobs(plan: Plan, name: str, resolution: int) -> list[Job]:
-    """Return the solves of a method in blocks of realisations."""
     blocks = plan.blocks(name, resolution)
     return [solve_job(task_of(plan, name, resolution, block), solve_warned) for block in blocks]
 
 
 def _joined(jobs: Sequence[Job], done: Mapping[str, Done]) -> Solution:
-    """Return the joined solution of all blocks."""
     outcomes = [done[job.key] for job in jobs]
     parts = [
         Solution.lost(job.arguments[0], outcome.lost) if outcome.lost else outcome.value
@@ -237,10 +232,7 @@ def _measured(
 
 
 def main_quantity(plan: Plan) -> str:
-    """Return the main quantity of a case: the other load, or that of the scene's physics.
-
-    For paths, histories and speed ranges it is the first compared quantity.
-    """
+    """Return the main quantity: the other load, else the first that is compared."""
     if plan.loads.axis not in NORMAL:
         return plan.compared[0]
     return "force" if plan.loads.control != "force" else "penetration"

@@ -53,6 +53,6 @@ def test_a_row_may_be_asked_for_compared_and_written_on_an_axis():
 
 def test_what_a_quantity_follows_from_and_is_compared_at_is_a_quantity():
     rules = [row.derived for row in QUANTITIES.values() if row.derived is not None]
-    named = {name for rule in rules for name in rule.needs}
+    named = {name for rule in rules for name in rule.of}
     named |= {row.counterpart for row in QUANTITIES.values() if row.counterpart}
     assert named <= set(QUANTITIES)
