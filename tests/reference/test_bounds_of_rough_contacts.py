@@ -121,16 +121,6 @@ def test_cells_where_nothing_can_touch_are_left_out():
     np.testing.assert_allclose(np.sort(block.centres[block.centres < depth]), whole, rtol=1e-9)
 
 
-@pytest.mark.parametrize("scale", [1e-30, 1e30])
-def test_a_patch_is_enclosed_in_any_units(scale):
-    heights = _heights(8)
-    depth = 0.3 * np.ptp(heights)
-    unit = Patch(heights, 1.0, 2).force(depth, 1.0)
-    scaled = Patch(scale * heights, scale, 2).force(scale * depth, 1 / scale)
-    assert scaled.lower / scale == pytest.approx(unit.lower, rel=1e-6)
-    assert scaled.upper / scale == pytest.approx(unit.upper, rel=1e-6)
-
-
 def test_a_flat_patch_is_a_square_punch():
     # k/(E* a) = 2 x 1.1523 for the half side a (the problem sheet), whatever the heights' level
     for level in (0.0, -3.0):

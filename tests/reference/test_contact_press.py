@@ -9,7 +9,6 @@ from numba import njit
 from scipy.linalg import cho_factor
 from scipy.ndimage import gaussian_filter
 
-from reference.contact.pivot import CELL_LIMIT
 from reference.contact.press import certify, press, sweep
 from reference.errors import ConvergenceError
 from reference.halfspace import FreeOperator, PeriodicOperator
@@ -203,18 +202,3 @@ def test_a_sweep_keeps_its_factor_and_changes_only_its_border(control, factorisa
         np.testing.assert_array_equal(single.mask, contact.mask)
         scale = single.pressure.max()
         np.testing.assert_allclose(contact.pressure, single.pressure, atol=1e-11 * scale)
-
-
-@pytest.mark.slow
-def test_the_dense_solver_carries_five_thousand_contact_cells():
-    """Hertz, 39 cells per radius: complementarity 1e-12, the FFT agrees to 1e-7 of the peak."""
-    cells = 39.0
-    x = np.arange(112) - 55.7
-    operator = FreeOperator((112, 112), (1 / cells, 1 / cells), 1.0)
-    gap = (x[:, None] ** 2 + x**2) / (2 * cells**2)
-    exact = press(operator, gap, Load("penetration", 1.0), by="pivot")
-    assert 4700 < exact.mask.sum() <= CELL_LIMIT
-    assert exact.violation < 1e-12
-    assert exact.force == pytest.approx(4 / 3, rel=2e-4)
-    contact = press(operator, gap, Load("penetration", 1.0), tolerance=1e-10)
-    np.testing.assert_allclose(contact.pressure, exact.pressure, atol=1e-7 * exact.pressure.max())

@@ -4,8 +4,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from reference.elasticity import lame_parameters, largest_shear
 from reference.fem import (
@@ -19,7 +17,6 @@ from reference.fem import (
     press,
     recover,
 )
-from reference.fem.condensation import LinearSystem, condense
 from reference.fem.element_stiffness import facet_quadrature, shape_gradients, stiffness_matrices
 from reference.fem.far_field import boussinesq, exterior_stiffness
 from reference.fem.half_space_mesh import ring_mesh, tensor_mesh
@@ -118,75 +115,6 @@ def test_exterior_energy_does_not_depend_on_the_reference_surface():
         )
     assert energies[0] > 0.0
     assert energies[0] / energies[1] == pytest.approx(2.0, rel=1e-12)
-
-
-@settings(max_examples=15, deadline=None)
-@given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 12))
-def test_nested_dissection_equals_the_dense_schur_complement(seed, count):
-    """On random positive definite elements with fixed, free, retained and following unknowns."""
-    rng = np.random.default_rng(seed)
-    elements, size, free, following, modes = 40, 9, 60, 12, 2
-    half = rng.normal(size=(elements, size, size))
-    matrices = half @ half.transpose(0, 2, 1)
-    total = free + following
-    unknowns = np.array([rng.choice(total, size, replace=False) for _ in range(elements)])
-    unknowns[: total // size + 1].flat[:total] = np.arange(total)
-    unknowns[rng.random(unknowns.shape) < 0.05] = -1
-    # repeated unknowns within an element would be another problem: keep only distinct ones
-    for row in unknowns:
-        _, first = np.unique(row, return_index=True)
-        row[np.setdiff1d(np.arange(size), first)] = -1
-    used = np.intersect1d(np.arange(free), unknowns)
-    renumber = np.full(total + 1, -1)
-    renumber[used] = np.arange(len(used))
-    renumber[free:total] = len(used) + np.arange(following)
-    unknowns = renumber[unknowns]
-    boundary = rng.normal(size=(following, modes))
-    retained = rng.choice(len(used), count, replace=False)
-    exterior = np.eye(modes)
-    system = LinearSystem(
-        matrices=matrices,
-        unknowns=unknowns,
-        boundary=boundary,
-        first=len(used),
-        retained=retained,
-        centres=rng.normal(size=(elements, 3)),
-        exterior=exterior,
-    )
-    dense = np.zeros((len(used) + following + 1,) * 2)
-    for matrix, row in zip(matrices, unknowns, strict=True):
-        dense[np.ix_(row, row)] += matrix
-    shape = np.zeros((len(used) + following, len(used) + modes))
-    shape[: len(used), : len(used)] = np.eye(len(used))
-    shape[len(used) :, len(used) :] = boundary
-    dense = shape.T @ dense[:-1, :-1] @ shape
-    dense[len(used) :, len(used) :] += exterior
-    expected = np.linalg.inv(np.linalg.inv(dense)[np.ix_(retained, retained)])
-    scale = np.abs(expected).max() * np.linalg.cond(dense)
-    np.testing.assert_allclose(condense(system), expected, atol=1e-14 * scale)
-
-
-@pytest.mark.parametrize(("order", "counts", "rate"), [(1, (4, 8, 12), 1.9), (2, (2, 4), 2.5)])
-def test_displacement_under_a_smooth_pressure_converges(order, counts, rate):
-    """Pressure (1 - r^2)^2 in r < 1: u(0) = (2/E*) int p dr = 16/(15 E*) (superposed Boussinesq).
-
-    Cells and their growth refine together. Second order for trilinear elements, nearly third for
-    triquadratic ones, whose nodal areas integrate the pressure to that order.
-    """
-    errors = []
-    for count in counts:
-        lines = np.linspace(0.0, 1.0, count + 1)
-        body = half_space_body(
-            TensorMesh(
-                lines, lines, symmetry="quarter", order=order, growth=2.25 ** (counts[0] / count)
-            ),
-            Material(1.0, 0.3),
-        )
-        pressure = np.clip(1.0 - (body.points**2).sum(axis=1), 0.0, None) ** 2
-        centre = np.argmin(np.hypot(*body.points.T))
-        u = body.scaled_compliance[centre] @ (pressure * body.weights) / body.length
-        errors.append(abs(u * body.effective_modulus * 15.0 / 16.0 - 1.0))
-    assert -np.polyfit(np.log(counts), np.log(errors), 1)[0] > rate
 
 
 def test_recovered_displacement_matches_compliance_and_balances_the_load():

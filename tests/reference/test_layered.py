@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 
 from reference.contact.press import press
 from reference.elasticity import Material
-from reference.fem.grid_body import FreeBody, PeriodicBody, sweep
+from reference.fem.grid_body import PeriodicBody
 from reference.halfspace import kernels
 from reference.layered import Graded, LayeredFree, LayeredPeriodic, RoundContact, Stack
 from reference.layered.layered_grid import cell_coefficients, cell_modes
@@ -71,15 +71,6 @@ def test_coating_is_the_product_of_transfer_matrices(contrast, above, below):
     stack = Stack([1.0, 0.1], layers, Material(1.0, below))
     for q in (1e-4, 0.03, 0.5, 5.0):
         assert stack.compliance(q) == pytest.approx(by_matrices(stack, q), rel=1e-13)
-
-
-@pytest.mark.parametrize("nu", RATIOS)
-def test_layers_of_one_material_are_a_half_space(nu):
-    material = Material(2.0, nu)
-    waves = np.geomspace(1e-6, 1e6, 40)
-    stack = Stack([1e-3, 0.2, 3.0], [material] * 3, material)
-    exact = 2 / (material.effective_modulus * waves)
-    np.testing.assert_allclose(stack.compliance(waves), exact, rtol=1e-13)
 
 
 @pytest.mark.parametrize("nu", [-0.3, 0.3, 0.5])
@@ -224,17 +215,6 @@ def test_ball_on_a_graded_half_space_has_the_force_of_graded_springs(exponent):
     contact = pressed(body, 96, 0.3, side=2.4 * radius)
     # with k below 0 the pressure rises at the edge like a smaller power of the distance
     assert contact.force == pytest.approx(force, rel=2e-3)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", BODIES)
-def test_ball_on_layers_is_the_same_by_elements_and_by_the_integral_equation(name):
-    """48 cells over 2.4 lengths; thin rubber has a few cells to each of its waves."""
-    exact = RoundContact(BODIES[name], lambda x: x**2).at("penetration", 0.3, 0.5, 1e-9)
-    x = (np.arange(48) - 23.5) / 20
-    body = FreeBody((48, 48), (0.05, 0.05), BODIES[name])
-    (contact,) = sweep(body, (x[:, None] ** 2 + x**2) / 2, Load("penetration", 0.3))
-    assert contact.force == pytest.approx(exact.force, rel=4e-3)
 
 
 @pytest.mark.parametrize("name", [*BODIES, "graded"])

@@ -362,12 +362,3 @@ def test_a_ball_dents_the_block_as_it_dents_the_section():
         answers.append((moment.force, moment.counted_area, walk.residual_depth(moment)))
     # three elements on a radius, and their steps
     assert_allclose(answers[1], answers[0], rtol=0.03)
-
-
-@pytest.mark.slow
-def test_elements_first_yield_below_an_ellipse_where_the_closed_form_does():
-    found = first_yield(STEEL, oval, half_widths, YIELD, per_radius=3)
-    long, short = half_widths(found)
-    largest = 1.5 * float(OVAL.force(found)) / (np.pi * long * short)
-    # the largest stress lies between Gauss points
-    assert_allclose(largest / Y, elliptic_yield_pressure(NU, short / long), rtol=0.02)

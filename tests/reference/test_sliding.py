@@ -122,18 +122,6 @@ def test_full_contact_with_a_ridge_follows_the_complex_modulus(material, speed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("speed", [0.003, 0.01])
-def test_slow_paraboloid_has_the_friction_of_first_order(speed):
-    """For v -> 0 mu = (eta/G) v/R: F_x = v tau int q_x^2 2/(E*|q|) |p^|^2 d2q/(2 pi)^2 on Hertz.
-
-    int_0^inf j_1(t)^2 dt = pi/6 gives F_x = v tau F/R. What is missing at finite v tau is
-    0.62 v tau/a (from the speeds themselves: it goes to zero with them), a = 0.1.
-    """
-    _, result = paraboloid(1.0, KELVIN, speed, Load("penetration", 0.01))
-    assert abs(result.estimate / speed - 1) < 0.75 * speed / 0.1 + result.uncertainty / speed
-
-
-@pytest.mark.slow
 def test_paraboloid_is_known_to_half_a_per_cent():
     """The bar of three grids holds a fourth, twice as fine as the finest, and is below 0.5 %."""
     studies = (paraboloid(1.0, ZENER, 0.3, Load("penetration", 0.01), n) for n in (48, 96))
@@ -166,21 +154,6 @@ def test_three_grids_that_converge_are_extrapolated():
         assert_allclose(study.estimate, 1.0, rtol=1e-12)
     study = GridStudy.of([1 + h**4 for h in (0.4, 0.2, 0.1)])
     assert abs(study.estimate - 1) < study.uncertainty
-
-
-@pytest.mark.parametrize("way", [0.3, 1.0, 10.0, 100.0])
-def test_cylinder_rolls_on_rubber_as_hunters(way):
-    """Closed form of a standard solid; 24 cells, of second order, err by 1e-4 and less."""
-    cylinder = RubberCylinder(1.0, 100.0, way, 0.25, 11.0)
-    x = cylinder.middle + (np.arange(72)[:, None] + 0.5) / 24 - 1.5
-    contact = slide_on_rubber(
-        TravellingPlane(72, 1 / 24, GeneralisedMaxwell.standard(0.25, 2.5, 1 / 11), way),
-        x**2 / 200,
-        Load("force", cylinder.force),
-        slope=x / 100,
-    )
-    assert_allclose(contact.friction_coefficient, cylinder.resistance, rtol=3e-4)
-    assert_allclose(contact.contact_area, 2, rtol=1e-12)  # whole cells
 
 
 def test_cylinder_on_kelvin_and_voigts_solid():

@@ -10,7 +10,6 @@ from reduced.motion.blocks import Blocks, integrate
 from reduced.motion.course import Stepping
 from reference.dynamics import coulomb
 from reference.dynamics.coulomb import march
-from reference.dynamics.event_driven import follow
 from reports.tables.written import markdown_rows
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -34,27 +33,6 @@ def test_the_tables_of_a_page_are_those_of_the_script(script, name, page):
     assert re.sub(number, "#", anew) == re.sub(number, "#", block)
     shown, result = ([float(x) for x in re.findall(number, t)] for t in (block, anew))
     np.testing.assert_allclose(shown, result, rtol=2e-3)
-
-
-def test_the_law_errs_by_the_two_thirds_power_where_blocks_are_torn_off():
-    """Den Hartog's oscillator with stops: order in v0 between 0.55 and 0.72 from 1e-4 to 1e-6.
-
-    2/3 by the boundary layer of tear-off, reached slowly; the steps' own error is below a tenth.
-    """
-    forced = {"stiffness": 1.0, "amplitude": 1.0, "frequency": 0.4}
-    asked = np.linspace(0, 60, 1001)
-    truth = follow(coulomb.Blocks(1.0, 0.9, **forced), 60.0).at(asked)[0]
-    errors = []
-    for v0 in (1e-4, 1e-5, 1e-6):
-        run = integrate(
-            Blocks(1.0, 0.9, **forced),
-            v0,
-            Stepping(60 / 60_000, 60_000, stride=60),
-            scheme="implicit_midpoint",
-        )
-        errors.append(np.abs(run.position - truth).max())
-    orders = np.log10(np.array(errors[:-1]) / np.array(errors[1:]))
-    assert ((orders > 0.55) & (orders < 0.72)).all()
 
 
 def test_implicit_euler_becomes_the_step_of_moreau_and_jean():

@@ -177,12 +177,6 @@ def test_a_creeping_contact_is_estimated_with_the_softest_modulus(scene):
     assert geometry.contact_radius == pytest.approx(radius, rel=1e-3)
 
 
-def test_every_method_without_the_physics_says_what_it_lacks(planned, scene):
-    methods = planned(scene(adhesion=GLUE, loading=PULL, **FRICTION))
-    assert not any(method.supported for method in methods.values())
-    assert methods["tamaas"].reason == "does not model [friction] and [adhesion]"
-
-
 def test_the_plan_names_what_is_switched_on_and_what_is_left_out(scene):
     (plan,) = plan_scene(scene(adhesion=GLUE))
     assert plan.switched_on[0][0] == "adhesion"
@@ -191,13 +185,6 @@ def test_the_plan_names_what_is_switched_on_and_what_is_left_out(scene):
     assert left_out["inertia"] == "no [dynamics] in the scene: loading is quasi-static"
     assert not any("geometric overlap" in what for what in left_out)
     assert np.isfinite(plan.geometry.contact_radius)
-
-
-def test_the_plan_says_that_springs_leave_out_the_drag_of_pressing_but_for_rubber(scene):
-    for nu, told in ((0.3, True), (0.5, False)):
-        body = {"youngs_modulus": 1e9, "poisson_ratio": nu}
-        (plan,) = plan_scene(scene(loading=PULL, half_space=body, **FRICTION))
-        assert any("displacements due to pressure" in what for what, _ in plan.left_out) is told
 
 
 def test_built_in_scenes_with_physics_are_a_suite():

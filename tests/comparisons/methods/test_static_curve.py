@@ -55,21 +55,6 @@ def test_the_bar_of_a_load_curve_holds_its_error():
     assert (error <= solution.solution.truncation + 1e-4).all()
 
 
-def test_a_course_in_time_passes_through_the_impact():
-    """Springs in steps against Runge and Kutta on the closed form: contact, release, flight."""
-    scene = {
-        "dynamics": {"mass": "10 g", "velocity": "1 m/s"},
-        "loading": {"time": {"from": 0, "to": "60 us", "steps": 31}},
-    }
-    true = solved("closed_form", **scene).columns()
-    result = solved("reduced", 40, **scene).columns()
-    for name in ("penetration", "force", "contact_area"):
-        largest = np.abs(true[name]).max()
-        np.testing.assert_allclose(result[name], true[name], atol=2e-5 * largest)
-    assert result["force"][0] == 0
-    assert (result["force"][result["penetration"] < 0] == 0).all()
-
-
 def test_a_force_that_goes_on_pushing_lays_the_springs_out_anew():
     """A force in the rhythm of the contact drives the mass deeper than its first swing."""
     period = 4.2e-5

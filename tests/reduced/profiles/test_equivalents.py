@@ -9,8 +9,6 @@ from reduced.errors import ConvergenceError
 from reduced.profiles.equivalents import (
     cone,
     cylinder,
-    ellipsoid,
-    equivalent_punch,
     half_radius,
     paraboloid,
     power_law,
@@ -37,30 +35,6 @@ def test_a_pyramid_is_the_cone_of_its_sectional_areas():
     np.testing.assert_allclose(
         pyramid(0.3, 1000).height(X), cone(0.3).height(X), rtol=2e-6
     )  # to the square of the sides' angle
-
-
-def test_textbook_contact_radii():
-    """Hertz a^2 = R d; Sneddon's cone d = (pi/2) a tan t; power law; a punch keeps its b."""
-    d = np.array([0.01, 0.5])
-    np.testing.assert_allclose(paraboloid(3.0).contact_radius(d), np.sqrt(3 * d), rtol=ROUNDING)
-    np.testing.assert_allclose(cone(0.2).contact_radius(d), d / (np.pi / 2 * 0.2), rtol=ROUNDING)
-    quartic = (d / (8 / 3 * 0.7)) ** 0.25
-    np.testing.assert_allclose(power_law(4, 0.7).contact_radius(d), quartic, rtol=ROUNDING)
-    np.testing.assert_array_equal(cylinder(0.4).contact_radius(d), 0.4)
-    np.testing.assert_array_equal(equivalent_punch(np.pi * 9).contact_radius(d), 3.0)
-    geometric = np.sqrt(np.sqrt(2.0 * 8.0) * d)
-    np.testing.assert_allclose(ellipsoid(2.0, 8.0).contact_radius(d), geometric, rtol=ROUNDING)
-
-
-def test_sphere_and_rounded_punch_are_the_textbook_functions():
-    """Segedin 1957 and Schubert 1942 as printed, away from x = b where the print cancels."""
-    x = X[X < 2]
-    expected = x / 2 * np.log((2 + x) / (2 - x))
-    np.testing.assert_allclose(sphere(2.0).height(x), expected, rtol=1e-12, atol=0)
-    x, b = np.array([1.1, 2.0, 30.0]), 1.0
-    expected = x / 3 * (np.sqrt(x**2 - b**2) - b * np.arccos(b / x))
-    np.testing.assert_allclose(rounded_punch(b, 3.0).height(x), expected, rtol=1e-11)
-    np.testing.assert_array_equal(rounded_punch(b, 3.0).height(np.array([0.2, 1.0])), 0.0)
 
 
 @pytest.mark.parametrize("profile", SMOOTH, ids=lambda p: f"{p.name}-{p.length:.3g}")

@@ -9,10 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from reduced.loads import Load
-from reduced.profiles.equivalents import paraboloid
 from reduced.rough.press import RoughLines, press
-from reduced.springs.indent import indent
-from reduced.springs.line import Springs
 
 EDGES = ["sub_cell", "nodal"]
 
@@ -258,30 +255,6 @@ def test_a_gap_wider_than_at_first_touch_is_no_contact():
     assert c.force[0, 0] > 0
     assert c.penetration[0, 1] == pytest.approx(-0.5)
     assert (c.force[0, 1], c.contact_area[0, 1], c.contact_count[0, 1]) == (0.0, 0.0, 0)
-
-
-@pytest.mark.parametrize("edges", EDGES)
-def test_fine_line_through_a_parabola_converges_to_hertz(edges):
-    """F of order 2 with either edge; a (area rule) of order 2 by sub-cell edges, 1 nodal.
-
-    One paraboloid as a free line, over random alignments.
-    """
-    rng = np.random.default_rng(6)
-    cells, errors = np.array([20, 40, 80, 160]), []
-    for n in cells:
-        samples = []
-        for _ in range(40):
-            a = rng.uniform(0.7, 1.0)
-            x = (np.arange(-n - 3, n + 4) + rng.uniform(0, 1)) / n
-            # The highest point of the sampled line lies below the apex; press to the same plane.
-            d = a**2 - np.min(x**2)
-            c = pressed(-(x**2), 1 / n, Load("penetration", [d]), edges, False)
-            hertz = indent(Springs(paraboloid(1.0), 1.0), Load("penetration", [a**2])).force[0]
-            radius = np.sqrt(c.contact_area[0, 0] / np.pi)
-            samples.append([c.force[0, 0] / hertz - 1, radius / a - 1])
-        errors.append(np.sqrt(np.mean(np.square(samples), axis=0)))
-    rates = -np.polyfit(np.log(cells), np.log(errors), 1)[0]
-    np.testing.assert_allclose(rates, [2.0, 2.0 if edges == "sub_cell" else 1.0], atol=0.2)
 
 
 def test_bad_arguments_are_all_named():

@@ -21,14 +21,6 @@ def both():
     return height, side_by_side(measured(height, 1.0, periodic=True), 1.0, FORCE, realisations=30)
 
 
-def test_corrected_keeps_the_height_and_the_letter_does_not(both):
-    """Ring sums: 1e-12 against the map itself; ring averages lose about 8 % at H = 0.8."""
-    height, (literal, corrected) = both
-    assert corrected.line.rms_height == pytest.approx(np.std(height), rel=1e-12)
-    assert corrected.sums.ratio[0] == pytest.approx(1.0, rel=1e-12)
-    assert -0.11 < literal.sums.ratio[0] - 1 < -0.04
-
-
 def test_distributions_add_up_to_the_curves(both):
     """(pi/4) sum l^2 and sum l over the pooled contacts are the ensemble's area and length."""
     for part in both[1]:
@@ -40,15 +32,6 @@ def test_distributions_add_up_to_the_curves(both):
             assert sizes.size == part.ensemble.samples["contact_count"][:, step].sum()
         mean = np.mean(FORCE / part.ensemble.samples["contact_area"], axis=0)
         np.testing.assert_allclose(part.mean_pressure, mean, rtol=1e-13)
-
-
-def test_points_without_a_value_are_counted(both):
-    """By the letter a share of the contact has no stress, more at higher load; one radius: none."""
-    literal, corrected = both[1]
-    assert np.all(literal.undefined_share[1:] > 0.01)
-    assert literal.undefined_share[-1] > literal.undefined_share[0]
-    np.testing.assert_array_equal(corrected.undefined_share, 0.0)
-    assert np.all(np.concatenate(corrected.pressures) > 0)
 
 
 def test_options_reach_the_lines(both):

@@ -47,20 +47,6 @@ def test_cone_paraboloid_and_cubic_are_exact_for_any_alignment(n, offset, spring
     np.testing.assert_allclose(contact.contact_radius, radius, rtol=EXACT * 10)
 
 
-def test_hertz():
-    """F = (4/3) E* sqrt(R) d^1.5, a = sqrt(R d), stiffness 2 E* a, energy (2/5) F d."""
-    modulus, radius = 7e10, 0.01
-    d = np.array([1e-6, 3e-6, 8e-6])
-    contact = pressed(Springs(paraboloid(radius), modulus), d)
-    force = 4 / 3 * modulus * np.sqrt(radius) * d**1.5
-    np.testing.assert_allclose(contact.force, force, rtol=EXACT)
-    np.testing.assert_allclose(contact.contact_radius, np.sqrt(radius * d), rtol=EXACT)
-    np.testing.assert_allclose(contact.stiffness, 2 * modulus * np.sqrt(radius * d), rtol=EXACT)
-    np.testing.assert_allclose(contact.energy, 0.4 * force * d, rtol=EXACT)
-    assert contact.springs == 80
-    assert contact.spacing == pytest.approx(np.sqrt(radius * d[-1]) / 40, rel=EXACT)
-
-
 @given(offset=st.floats(0, 0.999), springs=st.integers(1, 50))
 def test_flat_punch_is_exact_for_any_alignment(offset, springs):
     """F = 2 E* b d, U = E* b d^2."""
@@ -200,16 +186,6 @@ def test_whole_numbers_are_numbers():
     for make in (sphere, paraboloid, cylinder, cone, lambda r: rounded_punch(r, 3 * r)):
         one, two = (pressed(Springs(make(r), 1, edges="sub_cell"), [1]) for r in (2, 2.0))
         np.testing.assert_array_equal(one.force, two.force)
-
-
-def test_long_tables_cost_what_their_nodes_cost():
-    """A parabola in 400 points under forces is the parabola, and is no matter of minutes."""
-    r = np.linspace(0, 2, 401)
-    force = np.geomspace(1e-2, 3.0, 5)
-    table = loaded(Springs(tabulated(r, r**2 / 4), 1.0), force)
-    exact = loaded(Springs(paraboloid(2.0), 1.0), force)
-    # Cubics with estimated slopes: third order at the first node, better elsewhere.
-    np.testing.assert_allclose(table.penetration, exact.penetration, rtol=2e-4)
 
 
 def test_bad_arguments_are_all_named():

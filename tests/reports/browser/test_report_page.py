@@ -102,32 +102,6 @@ def test_the_summary_stands_on_the_first_screen_of_a_phone(followed):
     page.set_viewport_size({"width": DESKTOP[0], "height": DESKTOP[1]})
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("size", [DESKTOP, PHONE])
-def test_all_is_drawn_without_request_complaint_or_fault(
-    visit, serious_faults, faults_in_the_dark, size
-):
-    """Every plot, nothing from the network, a silent console; axe-core content in both colours.
-
-    Wide tables scroll in boxes of their own, never the page.
-    """
-    with visit(size=size) as seen:
-        page = seen.page
-        page.locator("details").evaluate_all("all => all.forEach(each => { each.open = true; })")
-        # Before plots are drawn: their insides are left out, and make each search long.
-        assert serious_faults(page) == []
-        if size == DESKTOP:
-            assert faults_in_the_dark(page) == []
-        seen.draw_all()
-        canvases = page.locator("[data-figure]:not([data-turn])").all()
-        assert all(canvas.locator(".main-svg").count() for canvas in canvases)
-        assert page.evaluate("document.documentElement.scrollWidth") <= size[0]
-        page.emulate_media(color_scheme="light")  # all are drawn again
-        seen.settled()
-        assert seen.requests == []
-        assert seen.complaints == []
-
-
 def column(page, table, number):
     cells = page.locator(f"#{table} tbody tr:visible").all()
     return [row.locator("td, th").nth(number).inner_text().strip() for row in cells]

@@ -2,10 +2,8 @@
 
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
-import psutil
 import pytest
 
 from comparisons.judging.levels import Levels
@@ -55,13 +53,6 @@ def test_an_l_shape_has_mesh_lines_on_all_its_sides():
     coarse, fine = (stiffness(plan, n)[0] / 1.035581 - 1 for n in (3, 4))
     assert 0 < fine < 0.015
     assert np.log(coarse / fine) / np.log(4 / 3) > 2
-
-
-@pytest.mark.slow
-def test_a_square_is_a_square_by_either_name():
-    """Both are meshed as a quarter, with the same lines."""
-    named = stiffness(plan_of('shape = "square_punch"\nside = 1.0'), 3)
-    assert stiffness(plan_of(polygon(SQUARE)), 3) == pytest.approx(named, rel=1e-12)
 
 
 def test_half_of_a_triangle_answers_as_the_whole(monkeypatch):
@@ -114,15 +105,6 @@ def test_the_unknowns_are_known_before_the_mesh_is_made(corners, resolution):
     expected = punch_mesh.face_grid(plan.geometry, resolution).unknowns
     _, slope = stiffness(plan, resolution)
     assert slope <= expected < 1.6 * slope
-
-
-def test_a_mesh_that_does_not_fit_into_memory_is_refused_with_its_figure(monkeypatch):
-    monkeypatch.setattr(psutil, "virtual_memory", lambda: SimpleNamespace(available=5.5e7))
-    for shape in ('shape = "paraboloid"\nradius = 1.0', polygon(ANGLE)):
-        fem = fem_of(plan_of(shape, "[compare]\nresolutions = [2, 3, 8]"))
-        assert "needs about" in fem.reason
-        assert "0.1 GB are free" in fem.reason
-        assert 8 not in fem.resolutions
 
 
 @pytest.mark.slow

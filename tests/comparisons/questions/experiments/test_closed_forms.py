@@ -4,13 +4,11 @@ import math
 from functools import cache
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from comparisons.errors import InputError
 from comparisons.methods.adhesion import edge_doubt
-from comparisons.questions.experiments import EXPERIMENTS, films
-from comparisons.questions.experiments.rough_ensemble import Surface
+from comparisons.questions.experiments import EXPERIMENTS
 from comparisons.scene.scene import parse_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene
@@ -124,31 +122,6 @@ def test_a_ball_that_is_pushed_in_deeper_as_it_is_pushed_aside_sticks():
     assert measured.details["stated"] < 0.5
 
 
-@pytest.mark.slow
-def test_a_tension_with_a_tail_is_of_longer_range_than_a_constant_one():
-    """Of the same strength and work: the rule is farther off, as on the grids of the tables."""
-    constant, tail = (
-        measure("adhesive-range", 1.0, law=law) for law in ("constant", "exponential")
-    )
-    assert tail.error < constant.error < 0
-    assert tail.error == pytest.approx(1 / 1.1218 - 1, abs=1e-3 + tail.uncertainty)
-
-
-COARSE = {"points": 32, "roll_off": 1.0, "realisations": 6}
-
-
-def test_an_effective_medium_lets_more_through_than_spots_of_contact_do():
-    """Necks between spots, which it does not know, close first."""
-    told = EXPERIMENTS["film-plane-pressed"].measure(0.05, "quick", **COARSE)
-    assert told.details["stated"] > told.details["true"] > 0
-    assert 0 < told.details["contact area"] < 0.3
-
-
-def test_lines_all_in_contact_let_nothing_through():
-    lines = films._lines(Surface(32, shortest=8.0, periodic=True), 1.0)
-    assert not np.any(lines["flow"])
-
-
 @cache
 def face(effort="quick", **parameters):
     return EXPERIMENTS["adhesive-face"].measure(None, effort, **parameters)
@@ -185,13 +158,6 @@ def test_the_limit_for_a_disc_is_kendalls_punch_to_a_percent():
     result = face("full")
     assert abs(result.error) < 0.01
     assert abs(result.error) <= result.uncertainty < 0.01
-
-
-@pytest.mark.slow
-def test_equal_area_is_the_more_too_high_the_longer_an_ellipse_is():
-    short, long = face(aspect=2.0), face(aspect=4.0)
-    assert short.error - short.uncertainty > 0.03
-    assert long.error > short.error
 
 
 @pytest.mark.slow
