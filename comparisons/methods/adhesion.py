@@ -73,7 +73,6 @@ class ReducedAdhesion(ProfileSolver):
         self.beside = f"edges hold a stretch √(2π a w/E*){range_note}"
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
-        """Walk the whole path."""
         springs = Springs(self.profile, self.modulus, task.resolution)
         path = LoadPath(task.loads.control, task.loads.values)
         contact = adhere(springs, self.adhesion.work, path)
@@ -123,11 +122,9 @@ class ClosedFormAdhesion(Solver[IndenterGeometry]):
         self.note = self.form.source
 
     def model(self, geometry: IndenterGeometry) -> str:
-        """Cite the solution."""
         return f"exact solution, nothing is discretised ({self.note})"
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
-        """Follow the stable branch, with its jumps."""
         path = self.form.follow(task.loads.control, task.loads.values)
         curves: dict[str, ArrayLike] = {
             "penetration": path.penetration,
@@ -153,7 +150,6 @@ class GridAdhesion(HalfSpaceGrid):
         return (6, 12, 24) if self.adhesion.short_range else (8, 16, 32)
 
     def model(self, geometry: Geometry) -> str:
-        """Name the law of detachment."""
         if self.adhesion.short_range:
             law = "cells detach at a mesh-dependent tension (Pohrt & Popov 2015)"
         else:
@@ -161,7 +157,6 @@ class GridAdhesion(HalfSpaceGrid):
         return f"square cells, free space around them; {law}"
 
     def warm_up(self, task: Task) -> None:
-        """Compile the convolution."""
         FreeOperator((8, 8), (1.0, 1.0), 1.0).apply(np.ones((8, 8)))
 
     def refusal(self, task: Task) -> str:
@@ -172,7 +167,6 @@ class GridAdhesion(HalfSpaceGrid):
         return f"takes a contact apart cell by cell: at most {most} cells per contact radius"
 
     def solve(self, task: Task) -> Solution:
-        """Follow the path of equilibria, and read the loads off it."""
         return self._peeled(task) if self.adhesion.short_range else self._cohesive(task)
 
     def _peeled(self, task: Task) -> Solution:

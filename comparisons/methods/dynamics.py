@@ -98,27 +98,21 @@ class CurveImpact(Solver[IndenterGeometry]):
         self.note = self.slow.note
 
     def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
-        """Those of the slow contact."""
         return self.slow.resolutions(geometry)
 
     def refusal(self, task: Task[IndenterGeometry]) -> str:
-        """Refuse what the slow contact refuses."""
         return self.slow.refusal(task)
 
     def memory(self, task: Task[IndenterGeometry]) -> float:
-        """Bytes of the slow contact."""
         return self.slow.memory(task)
 
     def model(self, geometry: IndenterGeometry) -> str:
-        """Name the static model and what is done with it."""
         return f"{self.slow.model(geometry)}; the impact by energy along its load curve"
 
     def warm_up(self, task: Task[IndenterGeometry]) -> None:
-        """Compile what the slow contact needs."""
         self.slow.warm_up(self._pressed(task))
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
-        """Press slowly, then strike at each velocity."""
         slow = self._pressed(task)
         pressed = run(self.static(slow.scene), slow, span=self.ladder_span, reason=str)
         answered = pressed.converged[0]
@@ -175,7 +169,6 @@ class ReducedImpact(ProfileSolver):
         self.beside = f"the impact {course}"
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
-        """Let the mass strike at all velocities, or follow it in time."""
         unknowns = 2 * task.resolution
         mass, times = self.dynamics.mass, task.loads.times
         if times is not None:  # springs and steps are refined together
@@ -236,7 +229,6 @@ class ClosedFormImpact(FormSolver):
         self.dynamics = needed(scene.dynamics, NO_TABLE)
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
-        """Integrate each impact, or follow one in time."""
         if task.loads.times is None:
             return super().solve(task)
         times, form, mass = task.loads.times, self.form, self.dynamics.mass
@@ -305,7 +297,6 @@ class ReducedViscoelasticImpact(ProfileSolver):
         self.material = springs_of(body_of(scene))
 
     def steps(self, task: Task[IndenterGeometry], loads: np.ndarray) -> Iterator[Step]:
-        """Let the mass strike at every velocity."""
         ratio, springs = self.scene.poisson_ratio, task.resolution
         row = RelaxingSprings(self.profile, self.material, ratio, springs, edges=self.edges)
         for velocity in loads:
@@ -331,7 +322,6 @@ class ClosedFormViscoelasticImpact(FormSolver):
         self.note = f"{SOURCES}; {self.note}"
 
     def steps(self, task: Task[IndenterGeometry], loads: np.ndarray) -> Iterator[Step]:
-        """Integrate each impact."""
         for velocity in loads:
             hit = reference.impact(
                 *(self.form, self.modulus, self.material, self.mass, float(velocity)),

@@ -214,7 +214,6 @@ class ClosedFormFriction(FormSolver):
             self.note = "Mindlin & Deresiewicz 1953, Jaeger 1998: at nu = 0 nothing slips across"
 
     def steps(self, task: Task[IndenterGeometry], loads: np.ndarray) -> Iterator[Step]:
-        """Follow the path."""
         control, load = normal_load(task)
         depth = load if control == "penetration" else float(self.form.penetration(load))
         ratio = self.scene.tangential_modulus / self.modulus
@@ -290,14 +289,12 @@ class GridFriction(FrictionalGrid):
         return self.series(32, 16, 64)
 
     def refusal(self, task: Task) -> str:
-        """Refuse rough grids that a path would take hours on."""
         geometry = task.geometry
         if isinstance(geometry, RoughGeometry) and cells(geometry, task.resolution) > 512**2:
             return "a path on more than 512 x 512 cells takes hours"
         return super().refusal(task)
 
     def warm_up(self, task: Task) -> None:
-        """Solve a small step of a paraboloid."""
         x = np.arange(8.0) - 3.5
         body = NormalAndTangential((8, 8), (1.0, 1.0), Compliance.of(1.0, 0.3))
         gap = (x[:, None] ** 2 + x**2) / 16
@@ -309,7 +306,6 @@ class GridFriction(FrictionalGrid):
             pass
 
     def rows(self, task: Task) -> Iterator[Row]:
-        """Yield the grid of each realisation, all on the same half-space."""
         compliance = Compliance.of(self.scene.shear_modulus, self.scene.poisson_ratio)
         body = None
         for realisation in task.realisations:
@@ -378,7 +374,6 @@ class FemFriction(Solver[IndenterGeometry]):
         return (2, 4, 6)
 
     def refusal(self, task: Task[IndenterGeometry]) -> str:
-        """Refuse meshes that take minutes, and contacts near a sharp edge."""
         if task.resolution % 2 or task.resolution > 6:
             return "elements with friction take 2, 4 or 6 per contact radius"
         radius = np.array(_REACH * task.geometry.contact_radius)
@@ -390,21 +385,18 @@ class FemFriction(Solver[IndenterGeometry]):
         return 5e6 * task.resolution**3
 
     def model(self, geometry: IndenterGeometry) -> str:
-        """Name the mesh, and what acts on what."""
         return (
             "half of a half-space of 27-node hexahedra around the contact; outside it the fields "
             "of Boussinesq and Cerruti; friction node after node, pressing and shearing coupled"
         )
 
     def warm_up(self, task: Task[IndenterGeometry]) -> None:
-        """Compile the sweeps on the coarsest mesh."""
         body = frictional_body(1.0, Material(1.0, 0.3), elements=2)
         gap = (body.points**2).sum(axis=1) / 2
         shifted = reference_loads.LoadPath("tangential_displacement", 0.05)
         list(follow(body, gap, 0.3, reference_loads.LoadPath("penetration", 0.5), shifted))
 
     def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
-        """Mesh the half-space for the contact at the normal load."""
         nu, radius = self.scene.poisson_ratio, task.geometry.contact_radius
         modulus = self.scene.effective_modulus * (1 - nu**2)
         body = frictional_body(radius, Material(modulus, nu), elements=task.resolution)

@@ -136,7 +136,6 @@ class ReducedFilm(Solver[IndenterGeometry]):
         return 64, 128, 256
 
     def steps(self, task: Task, values: np.ndarray) -> Iterator[Step]:
-        """Yield the films."""
         solve = line_film.entrain if self.contact.squeeze_speed is None else line_film.approach
         section, waves = None, self.contact.waves
         if waves is not None:  # the section y = 0 of a rough ball
@@ -184,7 +183,6 @@ class GridFilm(Solver[IndenterGeometry]):
         return finest // 2, 3 * finest // 4, finest
 
     def model(self, geometry: IndenterGeometry) -> str:
-        """Name the domain."""
         return (
             "the film over equal cells where the half-space is bent, over wider and wider ones as "
             "far as the ball reaches; Elrod-Adams cavitation"
@@ -195,11 +193,9 @@ class GridFilm(Solver[IndenterGeometry]):
         return 8.0 * 24 * task.resolution**2 * 600
 
     def warm_up(self, task: Task) -> None:
-        """Solve a rigid ball on a handful of cells."""
         entrain(Ball(0.01, 1e6, 1.0, 0.2), 1e-2, 8)
 
     def steps(self, task: Task, values: np.ndarray) -> Iterator[Step]:
-        """Yield the films."""
         table, modulus = self.contact.table, self.scene.effective_modulus
         meniscus = np.inf if table.meniscus is None else table.meniscus
         solve = entrain if self.contact.squeeze_speed is None else approach
@@ -245,7 +241,6 @@ class Formula(Solver[IndenterGeometry]):
             raise Refused("the formula is for smooth balls")
 
     def steps(self, task: Task, values: np.ndarray) -> Iterator[Step]:
-        """Evaluate all steps."""
         for value in values:
             load, speed = self.contact.step(task, float(value))
             force = {"lubrication_force": load, "force": load}
@@ -274,7 +269,6 @@ class ClosedFormFilm(Formula):
             raise Refused("the film bends the half-space, and the formula is of rigid bodies")
 
     def films(self, load: float, speed: float) -> dict[str, float]:
-        """Return the film of a rigid ball."""
         film = squeezed_film(self.contact.radius, self.contact.table.viscosity, speed, load)
         return {"film_central": film, "film_minimum": film}
 
@@ -302,6 +296,5 @@ class HamrockDowson(Formula):
         return SoftFit(contact.radius, modulus, contact.table.viscosity, load)
 
     def films(self, load: float, speed: float) -> dict[str, float]:
-        """Return the fitted films."""
         fit = self._fit(load)
         return {"film_central": fit.central(speed), "film_minimum": fit.minimum(speed)}

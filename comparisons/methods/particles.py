@@ -150,7 +150,6 @@ class McaSolver(Solver[G]):
         return "two half ellipsoids, one for each body, net on net,"
 
     def warm_up(self, task: Task[G]) -> None:
-        """Press two automata deep into a handful."""
         body = ParticleHalfSpace(Domain((2.0, 2.0), 1.0), [(1.0, self.constants[0][1])])
         for _ in body.press((body.points**2).sum(axis=1), Load("penetration", 1.5)):
             pass
@@ -175,11 +174,9 @@ class Mca(McaSolver[IndenterGeometry]):
         return (3, 4, 6) if self.scene.compare.tolerance < 0.01 else (2, 3, 5)
 
     def domain(self, geometry: IndenterGeometry, resolution: int) -> Domain:
-        """Return the overlap at the largest load, and a margin."""
         return self._domain(geometry.penetration, geometry.contact_radius, resolution)
 
     def refusal(self, task: Task[IndenterGeometry]) -> str:
-        """Refuse what is too long for its width, too."""
         half = min(task.geometry.reach) / task.geometry.contact_radius
         across = 2 * task.resolution * half
         if across < FEWEST_ACROSS:
@@ -187,7 +184,6 @@ class Mca(McaSolver[IndenterGeometry]):
         return super().refusal(task)
 
     def model(self, geometry: IndenterGeometry) -> str:
-        """Name the body."""
         number = 100 * round(self.count(geometry, self.resolutions(geometry)[-1]) / 100)
         return (
             f"{self._halves} of up to {number} automata in dense packing, scaled to each load, "
@@ -200,7 +196,6 @@ class Mca(McaSolver[IndenterGeometry]):
         yield Row(partial(self.steps, task), truncation=TRUNCATION)
 
     def steps(self, task: Task[IndenterGeometry], loads: np.ndarray) -> Iterator[Step]:
-        """Press each load on automata of its own scale."""
         geometry = task.geometry
         for step, load in enumerate(loads, start=len(task.loads.values) - len(loads)):
             depth, radius = geometry.penetrations[step], geometry.contact_radii[step]
@@ -242,12 +237,10 @@ class McaPatch(McaSolver[RoughGeometry]):
         return 1
 
     def domain(self, geometry: RoughGeometry, resolution: int) -> Domain:
-        """Return the patch, and a margin."""
         nx, ny = _points(geometry, resolution)
         return Domain((nx / 2 + 0.5, ny / 2 + 0.5), ROUGH_MARGIN * max(nx, ny) / 2 + 1.0)
 
     def refusal(self, task: Task[RoughGeometry]) -> str:
-        """Refuse cells that are no squares, too."""
         counts = _points(task.geometry, task.resolution)
         dx, dy = (side / n for side, n in zip(task.geometry.size, counts, strict=True))
         if abs(dx / dy - 1) > 1e-6:
@@ -255,14 +248,12 @@ class McaPatch(McaSolver[RoughGeometry]):
         return super().refusal(task)
 
     def model(self, geometry: RoughGeometry) -> str:
-        """Name the body."""
         return (
             f"{self._halves} of automata in dense packing below the patch, one of the surface at "
             "each of its points; around it a shell in the field of Boussinesq"
         )
 
     def rows(self, task: Task[RoughGeometry]) -> Iterator[Row]:
-        """Yield each realisation on the same body."""
         geometry = task.geometry
         nx, ny = _points(geometry, task.resolution)
         body = self.body(self.domain(geometry, task.resolution), geometry.size[0] / nx)

@@ -103,7 +103,6 @@ class ReducedRolling(ProfileSolver):
         self.beside = f"tangential springs of {stiffness} that enter unstretched"
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
-        """Roll at all creeps at once."""
         line = Springs(self.profile, self.modulus, task.resolution, edges=self.edges)
         along, across = np.array(pairs(self.rolling, task.loads.values)).T
         answer = roll_springs(line, self.friction, Load(*normal_load(task)), along, across)
@@ -150,7 +149,6 @@ class GridRolling(FrictionalGrid):
         return 1500.0 * cells(task.geometry, task.resolution)
 
     def warm_up(self, task: Task) -> None:
-        """Solve a small paraboloid."""
         x = np.arange(8.0) - 3.5
         body = self.body((8, 8), (1.0, 1.0))
         ball = FrictionalPress(body, (x[:, None] ** 2 + x**2) / 16, 0.5)
@@ -163,7 +161,6 @@ class GridRolling(FrictionalGrid):
         return NormalAndTangential(shape, spacing, compliance)
 
     def rows(self, task: Task) -> Iterator[Row]:
-        """Lay the grid."""
         grid = make_grid(task.geometry, task.resolution)
         body = self.body(grid.gap.shape, grid.spacing)
         press = FrictionalPress(body, grid.gap, self.friction, self.coupled)
@@ -223,7 +220,6 @@ class FemRolling(GridRolling):
         return self.series(16, 12, 24, multiple=4)
 
     def model(self, geometry: Geometry) -> str:
-        """Name the mesh, and what acts on what."""
         both = "normal and tangential forces coupled" if self.coupled else "uncoupled from pressure"
         flow = f", inertia rho V^2/G = {self.inertia:g}" if self.inertia else ""
         return (
@@ -232,7 +228,6 @@ class FemRolling(GridRolling):
         )
 
     def body(self, shape: tuple[int, int], spacing: tuple[float, float]) -> ShearBody:
-        """Return the elements below the grid."""
         nu = self.scene.poisson_ratio
         material = Material(self.scene.effective_modulus * (1 - nu**2), nu)
         return ShearBody(shape, spacing, material, element=self.element, inertia=self.inertia)
@@ -259,7 +254,6 @@ class Theory(Solver[IndenterGeometry]):
             raise Refused(f"Kalker's table: {error}") from error
 
     def steps(self, task: Task[IndenterGeometry], values: np.ndarray) -> Iterator[Step]:
-        """Roll at every creep."""
         control, load = normal_load(task)
         depth = load if control == "penetration" else float(self.form.penetration(load))
         force, area = float(self.form.force(depth)), float(self.form.contact_area(depth))
@@ -293,13 +287,11 @@ class Fastsim(Theory):
         return self.series(40, 40, 400)
 
     def warm_up(self, task: Task[IndenterGeometry]) -> None:
-        """Compile the strips."""
         fastsim(EllipticContact((1.0, 1.0), 1.0, 0.25, 1.0), 0.1, cells=2)
 
     def rolled(
         self, contact: EllipticContact, creep: tuple[float, float, float], resolution: int
     ) -> Rolled:
-        """Follow the strips."""
         return fastsim(contact, *creep, cells=resolution)
 
 
@@ -311,5 +303,4 @@ class Kalker(Theory):
     def rolled(
         self, contact: EllipticContact, creep: tuple[float, float, float], resolution: int
     ) -> Rolled:
-        """Multiply by the coefficients."""
         return linear(contact, *creep)

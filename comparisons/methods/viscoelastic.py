@@ -152,7 +152,6 @@ class ReducedMemory(InTime[IndenterGeometry], ProfileSolver):
         self.edges, self.material = scene.methods.reduced.edges, springs_of(_pressed(scene))
 
     def steps(self, task: Task[IndenterGeometry], _: np.ndarray) -> Iterator[Step]:
-        """Walk through the history once."""
         loads, springs = task.loads, task.resolution
         forced = loads.control == "force"
         steps = STEPS_OF_SPRINGS * springs if forced else 1
@@ -199,7 +198,6 @@ class ClosedFormMemory(InTime[IndenterGeometry], FormSolver):
         self.note = f"{SOURCES}; {self.note}"
 
     def steps(self, task: Task[IndenterGeometry], _: np.ndarray) -> Iterator[Step]:
-        """Evaluate the integrals at every time."""
         curve = self._integrated(task.loads, np.arange(task.loads.values.size))
         curves = {
             "penetration": curve.penetration,
@@ -320,7 +318,6 @@ class ReducedSliding(ProfileSolver):
         self.material = _springs(scene)
 
     def steps(self, task: Task[IndenterGeometry], speeds: np.ndarray) -> Iterator[Step]:
-        """Slide the profile at every speed, on a line of its own."""
         control, load = normal_load(task)
         by_depth = control == "penetration"
         profile, resolution = self.profile, task.resolution
@@ -363,12 +360,10 @@ class ReducedSlidingLines(LineSolver):
             raise Refused("rough lines slide under prescribed force only")
 
     def warm_up(self, task: Task[RoughGeometry]) -> None:
-        """Compile the springs."""
         line = RoughLines(-(np.linspace(-1.0, 1.0, 17) ** 2), 0.125)
         slide(line, self.material, task.loads.values[:1], LoadPath("force", 1e-9))
 
     def solve(self, task: Task[RoughGeometry]) -> Solution:
-        """Slide the lines at every speed."""
         with Stopwatch() as setup:
             lines = self.draw(task)
         force = LoadPath("force", lines.patches * normal_load(task)[1])
@@ -416,7 +411,6 @@ class GridSliding(HalfSpaceGrid):
         return finest // 4, finest // 2, finest
 
     def refusal(self, task: Task) -> str:
-        """Refuse contacts too large to factorise."""
         geometry = task.geometry
         if not isinstance(geometry, RoughGeometry):
             return ""
@@ -437,7 +431,6 @@ class GridSliding(HalfSpaceGrid):
         return 16.0 * min(contact, LIMIT) ** 2 + 400.0 * cells
 
     def warm_up(self, task: Task) -> None:
-        """Compile the contact."""
         speed = float(task.loads.values[0])
         x = np.linspace(-1.0, 1.0, 8)
         operator = Travelling((8, 8), (0.25, 0.25), self.material, speed)

@@ -177,7 +177,6 @@ class ReducedWearLines(LineSolver):
         return super().resolutions(geometry)[:2]
 
     def rows(self, task: Task[RoughGeometry]) -> Iterator[Row]:
-        """Draw all lines."""
         lines = self.draw(task)
         for row in range(len(lines.rough)):
             yield Row(partial(self._steps, task, lines, row), unknowns=lines.points)
@@ -225,7 +224,6 @@ class GridWear(BemFft):
         return self.series(24, 16, 32)
 
     def warm_up(self, task: Task) -> None:
-        """Wear a paraboloid on a handful of cells, on the scene's kind of half-space."""
         x = np.arange(8.0) - 3.5
         gap = (x[:, None] ** 2 + x**2) / 16
         operator = self.operator(task, gap.shape, (1.0, 1.0))
@@ -299,7 +297,6 @@ class ClosedFormWear(FormSolver):
         self.note = "Galin; Goryacheva 1998, ch. 7"
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
-        """Sum up the modes at each distance."""
         control, load = normal_load(task)
         worn = self.punch.under_force if control == "force" else self.punch.at_penetration
         rows = np.array([worn(load, float(distance)) for distance in task.loads.values])

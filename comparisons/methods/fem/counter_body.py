@@ -52,7 +52,6 @@ class FemPair(FemSolver[IndenterGeometry]):
 
     @classmethod
     def takes(cls, scene: Scene) -> bool:
-        """Indenters with a counter body, both meshed."""
         return meshes_both(scene)
 
     def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
@@ -60,7 +59,6 @@ class FemPair(FemSolver[IndenterGeometry]):
         return (3, 4, 6) if self.scene.compare.tolerance < 0.003 else (2, 3, 4)
 
     def refusal(self, task: Task[IndenterGeometry]) -> str:
-        """Refuse very elongated contacts."""
         return elongated(self.stretch)
 
     def memory(self, task: Task[IndenterGeometry]) -> float:
@@ -69,7 +67,6 @@ class FemPair(FemSolver[IndenterGeometry]):
         return bytes_of_elements(first) + bytes_of_elimination(second)
 
     def model(self, geometry: IndenterGeometry) -> str:
-        """Say what is solved."""
         coupling = self.coupling.replace("_", "-")
         return (
             f"a quarter of both bodies, on grids that do not match, {coupling} contact between "
@@ -82,7 +79,6 @@ class FemPair(FemSolver[IndenterGeometry]):
         return replace(solution, contact="pair") if solution.contact == "single" else solution
 
     def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
-        """Condense and couple both bodies once."""
         tables = self.scene.half_space, self.counter_body
         bodies = [
             fem.half_space_body(_mesh(task, cells), fem.Material(*table.elastic_constants))

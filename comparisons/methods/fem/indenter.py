@@ -126,7 +126,6 @@ class Fem(FemMesh[IndenterGeometry]):
         return next((levels for least, levels in FITTED_LEVELS if tolerance >= least), FINEST)
 
     def refusal(self, task: Task[IndenterGeometry]) -> str:
-        """Refuse very elongated contacts."""
         if self.straight:
             number = punch_mesh.face_grid(task.geometry, task.resolution).unknowns
             most = punch_mesh.MOST_UNKNOWNS
@@ -141,7 +140,6 @@ class Fem(FemMesh[IndenterGeometry]):
         return bytes_of_elimination(mesh)
 
     def model(self, geometry: IndenterGeometry) -> str:
-        """Name the mesh, and the solver and why."""
         part = PARTS[sum(self.indenter.even)]
         fitted = "" if self.straight else ", scaled to each load"
         block = f"{part}a block of graded hexahedra around the contact{fitted}"
@@ -172,7 +170,6 @@ class Fem(FemMesh[IndenterGeometry]):
         return self.scene.half_space.elastic_constants[1] > LARGEST_POISSON_ITERATED
 
     def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
-        """Build and condense the body once."""
         body = self.body(task)
         truncation = (
             TRUNCATION_SQUARE if punch_mesh.second_order(self.indenter) else TRUNCATION_GRID

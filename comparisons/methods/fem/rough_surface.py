@@ -88,7 +88,6 @@ class FemRough(GridSolver[FreeBody | PeriodicBody]):
 
     @classmethod
     def takes(cls, scene: Scene) -> bool:
-        """Rough surfaces, free and periodic."""
         return scene.rough and scene.methods.fem.mesh == "repeating"
 
     def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
@@ -102,7 +101,6 @@ class FemRough(GridSolver[FreeBody | PeriodicBody]):
         return planned[:2] if ensemble else planned
 
     def refusal(self, task: Task) -> str:
-        """Refuse free patches of needle-shaped cells."""
         geometry = task.geometry
         if not isinstance(geometry, RoughGeometry):
             return super().refusal(task)
@@ -119,7 +117,6 @@ class FemRough(GridSolver[FreeBody | PeriodicBody]):
         return grid + BYTES_OF_COLUMNS
 
     def model(self, geometry: Geometry) -> str:
-        """Name the mesh and what ends it."""
         mesh = f"hexahedra ({_IN_PLANE[self.element]}) below every cell"
         table = self.scene.half_space
         if table.thickness is not None:
@@ -137,7 +134,6 @@ class FemRough(GridSolver[FreeBody | PeriodicBody]):
     def operator(
         self, task: Task, shape: tuple[int, int], spacing: tuple[float, float]
     ) -> FreeBody | PeriodicBody:
-        """Return the condensed body below the surface."""
         body: fem.Material | Body = fem.Material(*self.scene.elastic_constants)
         if not self.scene.half_space.uniform:
             body = elastic_body(self.scene)
@@ -147,13 +143,10 @@ class FemRough(GridSolver[FreeBody | PeriodicBody]):
     def step(
         self, task: Task, operator: FreeBody | PeriodicBody, contact: Contact, grid: Grid
     ) -> Step:
-        """Return the step with the stress below the contact."""
         step = super().step(task, operator, contact, grid)
         return replace(step, body_fields=partial(below, self.scene, contact, grid))
 
     def sweep(self, task: Task, operator: FreeBody | PeriodicBody, gap: np.ndarray) -> Sweep:
-        """Return the solver of contact, as the scene's options enforce it."""
-
         def run(loads: np.ndarray) -> Iterator[Contact]:
             load = Load(task.loads.control, loads)
             yield from grid_body.sweep(operator, gap, load, self.enforcement)
@@ -169,11 +162,9 @@ class FemDepths(FemRough):
 
     @classmethod
     def takes(cls, scene: Scene) -> bool:
-        """Indenters where the half-space depends on depth."""
         return not scene.rough and not scene.half_space.uniform
 
     def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
-        """Cells per contact radius: those of `bem_fft`."""
         assert isinstance(geometry, IndenterGeometry)
         return indenter_resolutions(self.scene, geometry)
 
@@ -198,7 +189,6 @@ class FemPatch(FemMesh[RoughGeometry]):
         return tuple(f * n for f in (1, 2, 3) if f * most <= LARGEST_PATCH) or (n,)
 
     def refusal(self, task: Task[RoughGeometry]) -> str:
-        """Refuse patches whose elimination would take minutes."""
         points = max(task.geometry.points) * task.resolution // task.geometry.points[0]
         if points <= LARGEST_PATCH:
             return ""
@@ -210,11 +200,9 @@ class FemPatch(FemMesh[RoughGeometry]):
         return bytes_of_elimination(fem.TensorMesh(x, y)) + bytes_of_surface(len(x) * len(y))
 
     def model(self, geometry: RoughGeometry) -> str:
-        """Name the mesh."""
         return f"a block below the patch, mesh nodes at the points of the map; {FAR}"
 
     def rows(self, task: Task[RoughGeometry]) -> Iterator[Row]:
-        """Build and condense the body once for all realisations."""
         (x, y), (modulus, nu) = _map_lines(task), self.scene.elastic_constants
         body = fem.half_space_body(fem.TensorMesh(x, y), fem.Material(modulus, nu))
 

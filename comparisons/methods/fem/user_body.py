@@ -58,7 +58,6 @@ class FemBody(FemMesh[BodyGeometry]):
 
     @classmethod
     def takes(cls, scene: Scene) -> bool:
-        """Finite bodies."""
         return scene.body is not None
 
     def resolutions(self, geometry: BodyGeometry) -> tuple[int, ...]:
@@ -66,7 +65,6 @@ class FemBody(FemMesh[BodyGeometry]):
         return tuple(n for n in LEVELS if n == 1 or unknowns(geometry, n) <= PLANNED_UNKNOWNS)
 
     def refusal(self, task: Task[BodyGeometry]) -> str:
-        """Refuse cells that lock, and refinements that are too large."""
         nu, kind = self.scene.elastic_constants[1], task.geometry.solid.kind
         linear = kind.simplex and kind.order == 1
         largest = LARGEST_POISSON_LINEAR_TETRAHEDRA if linear else LARGEST_POISSON_RATIO
@@ -108,7 +106,6 @@ class FemBody(FemMesh[BodyGeometry]):
         return self.scene.elastic_constants[1] <= LARGEST_POISSON_ITERATED
 
     def model(self, geometry: BodyGeometry) -> str:
-        """Say what is solved."""
         cells = f"{len(geometry.solid.cells)} {geometry.solid.kind.name} cells"
         parts = geometry.symmetric_parts
         share = f", one of {parts} equal parts" if parts > 1 else ""

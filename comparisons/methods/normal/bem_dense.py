@@ -54,7 +54,6 @@ class BemDense(GridSolver[FreeOperator]):
         return (5, 10, 20)
 
     def refusal(self, task: Task) -> str:
-        """Refuse contacts of more cells than a dense matrix should hold."""
         elongated = super().refusal(task)
         if elongated:
             return elongated
@@ -90,7 +89,6 @@ class BemDense(GridSolver[FreeOperator]):
         return float(8.0 * factor.max() ** 2 + _BYTES_OF_CELL * total)
 
     def model(self, geometry: Geometry) -> str:
-        """Name the matrix."""
         if isinstance(geometry, IndenterGeometry) and geometry.indenter.flat:
             return f"only the cells of the face enter the matrix; {RIM}"
         return (
@@ -101,14 +99,11 @@ class BemDense(GridSolver[FreeOperator]):
     def operator(
         self, task: Task, shape: tuple[int, int], spacing: tuple[float, float]
     ) -> FreeOperator:
-        """Return the free operator."""
         return FreeOperator(shape, spacing, task.scene.effective_modulus)
 
     def sweep(
         self, task: Task, operator: FreeOperator, gap: np.ndarray
     ) -> Callable[[np.ndarray], Iterator[Contact]]:
-        """Return the active-set sweep."""
-
         def run(loads: np.ndarray) -> Iterator[Contact]:
             return sweep(operator, gap, Load(task.loads.control, loads), by="pivot")
 

@@ -93,7 +93,6 @@ class HalfSpaceGrid(GridSolver[ElasticBody]):
         return self.memory(task) + float(more) * cells(task.geometry, task.resolution)
 
     def model(self, geometry: Geometry) -> str:
-        """Name the domain."""
         text = (
             "the surface of the half-space where the shape can touch (its geometric overlap), on "
             "square cells, with the free-space kernel by zero-padding"
@@ -126,7 +125,6 @@ class BemFft(HalfSpaceGrid):
     def operator(
         self, task: Task, shape: tuple[int, int], spacing: tuple[float, float]
     ) -> ElasticBody:
-        """Return the free or the periodic operator."""
         modulus, periodic = task.scene.effective_modulus, task.geometry.periodic
         if not task.scene.half_space.uniform:
             body = elastic_body(task.scene)
@@ -138,8 +136,6 @@ class BemFft(HalfSpaceGrid):
         return FreeOperator(shape, spacing, modulus)
 
     def sweep(self, task: Task, operator: ElasticBody, gap: np.ndarray) -> Sweep:
-        """Return the FFT solver's sweep."""
-
         def run(loads: np.ndarray) -> Iterator[Contact]:
             load = Load(task.loads.control, loads)
             yield from sweep(operator, gap, load, tolerance=self.tolerance)

@@ -79,7 +79,6 @@ class FormSolver(Solver[IndenterGeometry]):
         return scene.half_space.uniform
 
     def model(self, geometry: IndenterGeometry) -> str:
-        """Cite the solution."""
         return f"exact solution, nothing is discretised ({self.note})"
 
     def warm_up(self, task: Task[IndenterGeometry]) -> None:
@@ -93,7 +92,6 @@ class ClosedForm(FormSolver):
     name = "closed_form"
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
-        """Evaluate the solution at all loads at once."""
         form, loads = self.form, task.loads.values
         depth = loads if task.loads.control == "penetration" else form.penetration(loads)
         curves = {
@@ -150,15 +148,12 @@ class DepthForm(Solver[IndenterGeometry]):
 
     @classmethod
     def takes(cls, scene: Scene) -> bool:
-        """Bodies that depend on depth."""
         return not scene.half_space.uniform
 
     def model(self, geometry: IndenterGeometry) -> str:
-        """Cite the solution."""
         return f"exact solution of the contact ({self.note})"
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
-        """Solve load after load."""
         control, values = task.loads.control, task.loads.values
         body, guess = elastic_body(self.scene), task.geometry.contact_radius
         at: Callable[[str, float], RoundStep]

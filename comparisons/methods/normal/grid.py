@@ -213,7 +213,6 @@ class GridSolver(Solver[Geometry], Generic[AnyOperator]):
         return super().solve(task)
 
     def rows(self, task: Task) -> Iterator[Row]:
-        """Yield the grid of each realisation, all on the same operator."""
         operator = None
         for realisation in task.realisations:
             grid = make_grid(task.geometry, task.resolution, realisation)

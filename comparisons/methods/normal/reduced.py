@@ -146,16 +146,13 @@ class ProfileSolver(Solver[IndenterGeometry]):
         return self.series(40, 40, 1000)
 
     def refusal(self, task: Task[IndenterGeometry]) -> str:
-        """Refuse bodies whose surface is no plane."""
         geometry = task.geometry
         return NO_PLANE if isinstance(geometry, BodyGeometry) and not geometry.flat_surface else ""
 
     def memory(self, task: Task[IndenterGeometry]) -> float:
-        """Bytes of the springs."""
         return 130.0 * task.resolution
 
     def model(self, geometry: IndenterGeometry) -> str:
-        """Name the line."""
         text = f"an equivalent 1-D profile on springs of stiffness {self.bed.springs}; {self.note}"
         return f"{text}; {self.beside}" if self.beside else text
 
@@ -176,7 +173,6 @@ class ReducedProfile(ProfileSolver):
         self.stress = scene.methods.reduced.stress if self.indenter.axisymmetric else None
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
-        """Press the profile to all loads at once."""
         load = Load(task.loads.control, task.loads.values)
         contact = self.bed.press(load, task.resolution, self.edges)
         depths, radii = contact.penetration, np.asarray(contact.contact_radius)

@@ -129,7 +129,6 @@ class LineSolver(Solver[RoughGeometry]):
         return int(np.clip(1_000_000 // points, 1, 1000))
 
     def refusal(self, task: Task[RoughGeometry]) -> str:
-        """Refuse lines too coarse for their own shortest wave."""
         if self._shortest is None:  # the same at every resolution, and a second on a large map
             source = line_spectrum(task.geometry, self.spectrum)
             self._shortest = float(source.wavenumber[np.asarray(source.power) > 0].max())
@@ -144,14 +143,12 @@ class LineSolver(Solver[RoughGeometry]):
         return 80.0 * len(task.realisations) * self._points(task)
 
     def model(self, geometry: RoughGeometry) -> str:
-        """Name the line."""
         kinds = ("prescribed" if face.random else "measured" for face in geometry.faces)
         source = " and the ".join(dict.fromkeys(kinds))
         text = f"a rough line from the {source} 2-D spectrum, on springs of stiffness E* dx"
         return text + self.beside
 
     def warm_up(self, task: Task[RoughGeometry]) -> None:
-        """Compile the walk along a line."""
         line = RoughLines(np.cos(np.arange(16.0)), 1.0)
         for control in ("penetration", "force"):
             for edges in EDGES:
@@ -179,7 +176,6 @@ class ReducedLines(LineSolver):
         self.stress, self.edges = scene.methods.reduced.stress, scene.methods.reduced.edges
 
     def solve(self, task: Task[RoughGeometry]) -> Solution:
-        """Press all lines to all loads at once."""
         with Stopwatch() as setup:
             lines = self.draw(task)
         load = Load(task.loads.control, lines.loads(task.loads))

@@ -60,7 +60,6 @@ class SpreadingTheory(RoughTheory):
     theory: ClassVar[type[PerssonTheory | XuTheory]]
 
     def solve(self, task: Task[RoughGeometry]) -> Solution:
-        """Evaluate the theory at every load."""
         theory = self.theory(*ring_powers(task.geometry))
         if task.loads.control == "mean_gap":
             pressures = np.array([_pressure_at(theory, float(gap)) for gap in task.loads.values])

@@ -48,16 +48,13 @@ class PeerSolver(Solver[Geometry]):
         return geometry.points[:1] if isinstance(geometry, RoughGeometry) else (32,)
 
     def memory(self, task: Task) -> float:
-        """Bytes of both processes."""
         pressures = len(task.realisations) * (len(task.loads.values) + 2)
         return 8.0 * (ARRAYS + 3 * pressures) * cells(task.geometry, task.resolution)
 
     def model(self, geometry: Geometry) -> str:
-        """Name the solver."""
         return f"{METHODS[self.name].title}, a public code, on the same cells as bem_fft"
 
     def solve(self, task: Task) -> Solution:
-        """Solve all realisations in one process of the peer."""
         solution = Solution.empty(task)
         grids = [
             make_grid(task.geometry, task.resolution, realisation)
@@ -94,7 +91,6 @@ class Tamaas(PeerSolver):
         super().__init__(scene, scene.methods.tamaas)
 
     def model(self, geometry: Geometry) -> str:
-        """Name the solver, and what is searched for."""
         searches = self.scene.loading.control == "penetration" and not self.periodic
         search = "; it controls the force, and the penetration is searched for"
         return super().model(geometry) + (search if searches else "")

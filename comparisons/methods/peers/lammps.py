@@ -33,7 +33,6 @@ class LammpsLaw(LiveCode):
         raise NotImplementedError
 
     def problem(self, loads: NDArray[np.float64]) -> dict[str, Any]:
-        """Follow the path."""
         return {
             "law": self.coefficients(),
             "depths": loads.tolist(),

@@ -108,11 +108,9 @@ class LiveCode(Solver[IndenterGeometry]):
         """Refuse what is none for the code."""
 
     def memory(self, task: Task[IndenterGeometry]) -> float:
-        """Bytes of a process with the library."""
         return 2e8
 
     def model(self, geometry: IndenterGeometry) -> str:
-        """Name the law."""
         return (type(self).__doc__ or "").splitlines()[0].rstrip(".")
 
     def problem(self, loads: NDArray[np.float64]) -> dict[str, Any]:
@@ -120,7 +118,6 @@ class LiveCode(Solver[IndenterGeometry]):
         return {"depths": loads.tolist()}
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
-        """Solve all loads in one process."""
         units = {
             "penetration": self.radius,
             "residual_depth": self.radius,
@@ -181,7 +178,6 @@ class Drake(LiveCode):
             raise Refused("its mesh is the lower half of the ball: press less deep than the radius")
 
     def problem(self, loads: NDArray[np.float64]) -> dict[str, Any]:
-        """Place the ball at all penetrations."""
         modulus = 4 / (3 * np.pi * np.sqrt(loads.max()))
         return {"modulus": float(modulus), "depths": loads.tolist()}
 
@@ -219,7 +215,6 @@ class Slippy(LiveCode):
     def fail_steps(
         self, task: Task[IndenterGeometry], solution: Solution, answer: dict[str, Any]
     ) -> None:
-        """Mark the steps whose iterations did not converge."""
         for step, converged in enumerate(answer["converged"]):
             if not converged:
                 solution.fail((0, step), "slippy did not converge")

@@ -55,11 +55,9 @@ class NgSolve(Solver[IndenterGeometry]):
         return (3,) if self.scene.compare.tolerance < 0.003 else (2,)
 
     def memory(self, task: Task[IndenterGeometry]) -> float:
-        """Bytes of the factorisation."""
         return BYTES_PER_UNKNOWN * UNKNOWNS_PER_SQUARE * float(task.resolution) ** 2
 
     def model(self, geometry: IndenterGeometry) -> str:
-        """Name the mesh and the contact."""
         return (
             "NGSolve, a public code: a quarter ball of tetrahedra of fourth order fitted to the "
             "contact edge, penalty contact at integration points by an active set, outside it the "
@@ -67,7 +65,6 @@ class NgSolve(Solver[IndenterGeometry]):
         )
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
-        """Solve all loads in one process of the peer."""
         geometry, solution = task.geometry, Solution.empty(task)
         # the scales of each load step, and its load in them; a step without any has failed
         steps, modulus = {}, task.scene.effective_modulus

@@ -147,7 +147,6 @@ class ReducedPlasticity(ProfileSolver):
         """Nothing is compiled."""
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
-        """Walk the whole path."""
         path = LoadPath(task.loads.control, task.loads.values)
         if self.ball is not None:
             line = self.ball.walk(path)
@@ -282,7 +281,6 @@ class FittedBall(Solver[IndenterGeometry]):
         return np.array([depth(float(load) / self.fit.force_unit) for load in loads])
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
-        """Evaluate the fit."""
         fit = self.fit
         w = self._depths(task.loads.control, task.loads.values)
         curves = {

@@ -116,7 +116,6 @@ class LinePlasticity(LineSolver):
         return min(25, super().block(resolution))
 
     def solve(self, task: Task[RoughGeometry]) -> Solution:
-        """Lead all lines along the path."""
         with Stopwatch() as setup:
             lines = self.draw(task)
         yielded = walk(

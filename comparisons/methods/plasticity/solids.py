@@ -97,7 +97,6 @@ class FemPlasticity(Solver[IndenterGeometry]):
         return 800_000.0 * halves * (1.25 * task.resolution + 6) ** 2 * (task.resolution + 6)
 
     def model(self, geometry: IndenterGeometry) -> str:
-        """Name the mesh."""
         parts = PARTS[sum(self.indenter.even)]
         mesh = "axisymmetric elements" if self.round else f"hexahedra of {parts}the body"
         return (
@@ -235,15 +234,12 @@ class McaPlasticity(Mca):
         return (3, 4, 6) if self.scene.compare.tolerance < 0.01 else (3, 4, 5)
 
     def model(self, geometry: IndenterGeometry) -> str:
-        """Name the body, and how it yields."""
         return f"{super().model(geometry)}; von Mises plasticity by radial return in each automaton"
 
     def domain(self, geometry: IndenterGeometry, resolution: int) -> Domain:
-        """Return the overlap at the largest load, and a margin."""
         return self._sized(resolution)[0]
 
     def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
-        """Yield the path, which is walked on one body."""
         domain, spacing = self._sized(task.resolution)
         body = PlasticHalfSpace(domain, self.material, spacing=spacing)
         yields_at, gap = self._yields_at(task), self._gap(body)

@@ -154,11 +154,9 @@ class UserSolver(Solver[Geometry]):
         self._method = method
 
     def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
-        """Return what the method would use."""
         return tuple(self._method.plan(self.scene)["resolutions"])
 
     def model(self, geometry: Geometry) -> str:
-        """Return the method's own words."""
         text: str = self._method.plan(self.scene)["model"]
         return text
 

@@ -24,11 +24,9 @@ class Paraboloid(Axisymmetric):
     radius: Length
 
     def radial_gap(self, r: np.ndarray) -> np.ndarray:
-        """Return r^2 / (2 R)."""
         return r**2 / (2 * self.radius)
 
     def overlap_radius(self, penetration: float) -> float:
-        """Return sqrt(2 R d)."""
         return float(np.sqrt(2 * self.radius * penetration))
 
 
@@ -46,7 +44,6 @@ class Sphere(Axisymmetric):
         return np.where(ratio <= 1, height, np.inf)
 
     def overlap_radius(self, penetration: float) -> float:
-        """Return sqrt(d (2 R - d)), at most R."""
         depth = min(penetration, self.radius)
         return float(np.sqrt(depth * (2 * self.radius - depth)))
 
@@ -63,11 +60,9 @@ class Cone(Axisymmetric):
         return True
 
     def radial_gap(self, r: np.ndarray) -> np.ndarray:
-        """Return slope * r."""
         return self.slope * r
 
     def overlap_radius(self, penetration: float) -> float:
-        """Return d / slope."""
         return penetration / self.slope
 
 
@@ -123,7 +118,6 @@ class PowerLaw(Axisymmetric):
             return self.coefficient * np.asarray(r) ** self.exponent
 
     def overlap_radius(self, penetration: float) -> float:
-        """Return (d / coefficient)^(1 / exponent)."""
         return float((penetration / self.coefficient) ** (1 / self.exponent))
 
 
@@ -135,15 +129,12 @@ class Cylinder(Axisymmetric):
 
     @property
     def face_area(self) -> float:
-        """Area of the circle."""
         return float(np.pi * self.radius**2)
 
     def radial_gap(self, r: np.ndarray) -> np.ndarray:
-        """Return 0 on the face and inf outside."""
         return np.where(np.asarray(r) <= self.radius, 0.0, np.inf)
 
     def overlap_radius(self, penetration: float) -> float:
-        """Return the radius of the face, at any depth."""
         return self.radius
 
 
@@ -156,15 +147,12 @@ class RoundedPunch(Axisymmetric):
 
     @property
     def flat_within(self) -> float:
-        """The radius b."""
         return self.flat_radius
 
     def radial_gap(self, r: np.ndarray) -> np.ndarray:
-        """Return the height beyond the flat part."""
         return np.maximum(np.asarray(r) - self.flat_radius, 0) ** 2 / (2 * self.edge_radius)
 
     def overlap_radius(self, penetration: float) -> float:
-        """Return b + sqrt(2 R d)."""
         return float(self.flat_radius + np.sqrt(2 * self.edge_radius * penetration))
 
 
@@ -214,7 +202,6 @@ class Profile(Axisymmetric):
         return PchipInterpolator(self.r, self.f)
 
     def radial_gap(self, r: np.ndarray) -> np.ndarray:
-        """Return the interpolated table, inf beyond its end."""
         inside = np.minimum(r, self.r[-1])
         if self.interpolation == "linear":
             height = np.interp(inside, self.r, self.f)

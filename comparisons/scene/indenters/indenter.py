@@ -103,7 +103,6 @@ class Axisymmetric(Indenter):
         raise NotImplementedError
 
     def gap(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return f(sqrt(x^2 + y^2))."""
         return self.radial_gap(np.hypot(x, y))
 
     def overlap_radius(self, penetration: float) -> float:
@@ -111,7 +110,6 @@ class Axisymmetric(Indenter):
         raise NotImplementedError
 
     def reach(self, penetration: float) -> tuple[float, float]:
-        """Return the overlap radius in both directions."""
         radius = self.overlap_radius(penetration)
         return radius, radius
 
@@ -127,5 +125,4 @@ class RigidPlane(Indenter):
         return False
 
     def gap(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return zeros."""
         return np.zeros(np.shape(x))

@@ -20,15 +20,12 @@ class Ellipsoid(Indenter):
 
     @property
     def axisymmetric(self) -> bool:
-        """Only when both radii are equal."""
         return self.radius_x == self.radius_y
 
     def gap(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return the elliptic paraboloid."""
         return x**2 / (2 * self.radius_x) + y**2 / (2 * self.radius_y)
 
     def reach(self, penetration: float) -> tuple[float, float]:
-        """Return sqrt(2 Rx d) and sqrt(2 Ry d)."""
         return (
             float(np.sqrt(2 * self.radius_x * penetration)),
             float(np.sqrt(2 * self.radius_y * penetration)),
@@ -71,7 +68,6 @@ class Pyramid(Indenter):
         return self.quarter_symmetric, True
 
     def gap(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return the height of the highest face's plane."""
         angle = 2 * np.pi * np.arange(self.sides) / self.sides
         planes = [np.cos(t) * x + np.sin(t) * y for t in angle]
         return self.slope * np.max(planes, axis=0)

@@ -40,21 +40,17 @@ class EllipticPunch(_FlatPunch):
 
     @property
     def axisymmetric(self) -> bool:
-        """Only when both axes are equal."""
         return self.semi_axes[0] == self.semi_axes[1]
 
     @property
     def face_area(self) -> float:
-        """Area pi a b."""
         return float(np.pi * self.semi_axes[0] * self.semi_axes[1])
 
     def gap(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return 0 on the face and inf outside."""
         a, b = self.semi_axes
         return np.where((x / a) ** 2 + (y / b) ** 2 <= 1, 0.0, np.inf)
 
     def reach(self, penetration: float) -> tuple[float, float]:
-        """Return the semi-axes."""
         return self.semi_axes
 
 
@@ -73,23 +69,19 @@ class RightAngledPunch(_FlatPunch):
 
     @property
     def face_area(self) -> float:
-        """Area of the rectangle."""
         return self.lengths[0] * self.lengths[1]
 
     def gap(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return 0 on the face and inf outside."""
         half_x, half_y = self.reach(0.0)
         inside = (np.abs(x) <= half_x) & (np.abs(y) <= half_y)
         return np.where(inside, 0.0, np.inf)
 
     @property
     def outline(self) -> np.ndarray:
-        """The four corners."""
         corners = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
         return corners * self.lengths
 
     def reach(self, penetration: float) -> tuple[float, float]:
-        """Return half the sides."""
         return self.lengths[0] / 2, self.lengths[1] / 2
 
 
@@ -101,7 +93,6 @@ class SquarePunch(RightAngledPunch):
 
     @property
     def lengths(self) -> tuple[float, float]:
-        """The side, twice."""
         return self.side, self.side
 
 
@@ -113,7 +104,6 @@ class RectanglePunch(RightAngledPunch):
 
     @property
     def lengths(self) -> tuple[float, float]:
-        """The sides."""
         return self.sides
 
 
@@ -156,7 +146,6 @@ class PolygonPunch(_FlatPunch):
 
     @property
     def outline(self) -> np.ndarray:
-        """The vertices."""
         return self.corners
 
     @property
@@ -177,7 +166,6 @@ class PolygonPunch(_FlatPunch):
 
     @property
     def face_area(self) -> float:
-        """Area by the shoelace formula."""
         return abs(signed_area(np.array(self.vertices)))
 
     def gap(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -191,6 +179,5 @@ class PolygonPunch(_FlatPunch):
         return np.where(inside, 0.0, np.inf)
 
     def reach(self, penetration: float) -> tuple[float, float]:
-        """Return the half-widths of the box around the centroid."""
         half = np.abs(self.corners).max(axis=0)
         return float(half[0]), float(half[1])

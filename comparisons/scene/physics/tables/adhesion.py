@@ -30,7 +30,6 @@ class Adhesion(PhysicsTable):
         return self.range == 0.0
 
     def description(self, poisson_ratio: float) -> tuple[str, str]:
-        """Say what acts, and how."""
         short = "at the edge of the contact only (JKR)"
         reach = f"up to a distance of {unpadded(self.range, 'm')}"
         return (

@@ -65,7 +65,6 @@ class Dynamics(PhysicsTable):
 
     @property
     def varied(self) -> tuple[Control, tuple[float, ...]]:
-        """The velocities of the impacts."""
         return "velocity", self.velocity.values
 
     @property
@@ -74,6 +73,5 @@ class Dynamics(PhysicsTable):
         return self.velocity.values == (0.0,)
 
     def description(self, poisson_ratio: float) -> tuple[str, str]:
-        """Say what acts, and how."""
         mass = unpadded(1e3 * self.mass, "g")
         return "inertia", f"of a rigid mass of {mass}; the half-space is massless"

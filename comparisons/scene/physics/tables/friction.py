@@ -37,5 +37,4 @@ class Friction(PhysicsTable):
             yield "friction: expected loading.tangential_force or loading.tangential_displacement"
 
     def description(self, poisson_ratio: float) -> tuple[str, str]:
-        """Say what acts, and how."""
         return "Coulomb friction", f"µ = {unpadded(self.coefficient, '')}, with stick and slip"

@@ -107,7 +107,6 @@ class Lubrication(PhysicsTable):
         return self.waviness is not None or self.roughness is not None
 
     def description(self, poisson_ratio: float) -> tuple[str, str]:
-        """Say what acts, and how."""
         oil = f"viscosity {unpadded(self.viscosity, 'Pa s')}"
         moved = "bodies that approach" if self.speed is None else "steady state at each speed"
         inlet = "flooded" if self.meniscus is None else f"from {unpadded(self.meniscus, 'm')} on"

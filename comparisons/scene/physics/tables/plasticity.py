@@ -72,7 +72,6 @@ class Plasticity(PhysicsTable):
         return f"{HARDNESS} Y"
 
     def description(self, poisson_ratio: float) -> tuple[str, str]:
-        """Say what acts, and how."""
         law = "perfectly plastic"
         if self.hardening:
             law = f"linear hardening, slope {with_unit(self.hardening, 'Pa')}"

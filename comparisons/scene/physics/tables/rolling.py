@@ -80,7 +80,6 @@ class Rolling(PhysicsTable):
         return self.creep.values[0], value
 
     def description(self, poisson_ratio: float) -> tuple[str, str]:
-        """Say what acts, and how."""
         varied, _ = self.varied
         held = "creep" if varied == "lateral_creep" else "lateral_creep"
         other = getattr(self, held).values[0]

@@ -31,9 +31,7 @@ class Sliding(PhysicsTable):
 
     @property
     def varied(self) -> tuple[Control, tuple[float, ...]]:
-        """The speed of sliding."""
         return "speed", self.speed.values
 
     def description(self, poisson_ratio: float) -> tuple[str, str]:
-        """Say what acts, and how."""
         return "steady sliding", "steady state at each speed"

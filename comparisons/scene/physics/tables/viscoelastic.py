@@ -154,7 +154,6 @@ class Viscoelastic(PhysicsTable):
         return 1.0 / (recoverable + duration / viscosity)
 
     def description(self, poisson_ratio: float) -> tuple[str, str]:
-        """Name the model with its moduli and times."""
         lasting = unpadded(self.long_term_modulus, "Pa")
         parts = [
             f"{unpadded(modulus, 'Pa')} relaxing in {unpadded(time, 's')}"

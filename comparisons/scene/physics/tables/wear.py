@@ -81,14 +81,12 @@ class Wear(PhysicsTable):
 
     @property
     def varied(self) -> tuple[Control, tuple[float, ...]]:
-        """What wear goes on along: the sliding distance or the cycles."""
         if self.sliding_distance is not None:
             return "sliding_distance", self.sliding_distance.values
         assert self.cycles is not None
         return "cycles", self.cycles.values
 
     def description(self, poisson_ratio: float) -> tuple[str, str]:
-        """Say what acts, and how."""
         law = f"the rigid body loses k p per slip, k = {number(self.coefficient)}/Pa"
         if self.amplitude is None:
             return "wear", f"{law}; all of the contact slips, without tangential tractions"
