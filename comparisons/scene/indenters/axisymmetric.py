@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import field_validator, model_validator
@@ -53,11 +53,7 @@ class Cone(Axisymmetric):
 
     shape: Literal["cone"]
     slope: Positive
-
-    @property
-    def sharp_tip(self) -> bool:
-        """Always."""
-        return True
+    sharp_tip: ClassVar[bool] = True
 
     def radial_gap(self, r: np.ndarray) -> np.ndarray:
         return self.slope * r
@@ -167,11 +163,7 @@ class Profile(Axisymmetric):
     r: tuple[FiniteLength, ...]
     f: tuple[FiniteLength, ...]
     interpolation: Literal["pchip", "linear"] = "pchip"
-
-    @property
-    def regular(self) -> bool:
-        """No."""
-        return False
+    regular: ClassVar[bool] = False
 
     @model_validator(mode="after")
     def _a_monotone_table(self) -> Profile:

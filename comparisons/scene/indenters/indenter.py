@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from types import ModuleType
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
@@ -118,11 +118,7 @@ class RigidPlane(Indenter):
     """What presses where a scene has a [body] and no [indenter]: no scene file names it."""
 
     shape: Literal["plane"] = "plane"
-
-    @property
-    def axisymmetric(self) -> bool:
-        """No: its contact has the shape of the body."""
-        return False
+    axisymmetric: ClassVar[bool] = False  # its contact has the shape of the body
 
     def gap(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         return np.zeros(np.shape(x))

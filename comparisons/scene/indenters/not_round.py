@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -41,21 +41,9 @@ class Pyramid(Indenter):
     shape: Literal["pyramid"]
     slope: Positive
     sides: Annotated[int, Field(ge=3, le=64)] = 4
-
-    @property
-    def sharp_tip(self) -> bool:
-        """Always."""
-        return True
-
-    @property
-    def axisymmetric(self) -> bool:
-        """Never: the base has corners."""
-        return False
-
-    @property
-    def regular(self) -> bool:
-        """Never: it has edges."""
-        return False
+    sharp_tip: ClassVar[bool] = True
+    axisymmetric: ClassVar[bool] = False
+    regular: ClassVar[bool] = False
 
     @property
     def quarter_symmetric(self) -> bool:

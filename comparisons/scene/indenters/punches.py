@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import model_validator
@@ -13,21 +13,7 @@ from comparisons.scene.indenters.indenter import Indenter
 from comparisons.scene.polygons import crosses_itself, sides, signed_area
 
 
-class _FlatPunch(Indenter):
-    """A flat face with a sharp outline."""
-
-    @property
-    def axisymmetric(self) -> bool:
-        """No."""
-        return False
-
-    @property
-    def face_area(self) -> float:
-        """Area of the face."""
-        raise NotImplementedError
-
-
-class EllipticPunch(_FlatPunch):
+class EllipticPunch(Indenter):
     """Flat face with semi-axes a (along x) and b (along y)."""
 
     shape: Literal["elliptic_punch"]
@@ -54,13 +40,11 @@ class EllipticPunch(_FlatPunch):
         return self.semi_axes
 
 
-class RightAngledPunch(_FlatPunch):
+class RightAngledPunch(Indenter):
     """Flat rectangular face, sides along x and y."""
 
-    @property
-    def regular(self) -> bool:
-        """No."""
-        return False
+    axisymmetric: ClassVar[bool] = False
+    regular: ClassVar[bool] = False
 
     @property
     def lengths(self) -> tuple[float, float]:
@@ -107,16 +91,15 @@ class RectanglePunch(RightAngledPunch):
         return self.sides
 
 
-class PolygonPunch(_FlatPunch):
+class PolygonPunch(Indenter):
     """Flat face with the outline of a simple polygon; its centroid is moved to the origin."""
 
     shape: Literal["polygon_punch"]
     vertices: tuple[tuple[FiniteLength, FiniteLength], ...]
-
-    @property
-    def regular(self) -> bool:
-        """No."""
-        return False
+    axisymmetric: ClassVar[bool] = False
+    regular: ClassVar[bool] = False
+    # Not even a rectangle among the polygons is meshed as one: its lines are even.
+    quarter_symmetric: ClassVar[bool] = False
 
     @model_validator(mode="after")
     def _a_simple_polygon(self) -> PolygonPunch:
@@ -147,11 +130,6 @@ class PolygonPunch(_FlatPunch):
     @property
     def outline(self) -> np.ndarray:
         return self.corners
-
-    @property
-    def quarter_symmetric(self) -> bool:
-        """Not even a rectangle among the polygons is meshed as one: its lines are even."""
-        return False
 
     @cached_property
     def even(self) -> tuple[bool, bool]:
