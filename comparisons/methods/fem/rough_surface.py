@@ -31,8 +31,6 @@ from comparisons.methods.fem.step import (
 from comparisons.methods.normal.grid import (
     Grid,
     GridSolver,
-    Sweep,
-    as_far_as_possible,
     cells,
     indenter_resolutions,
     rough_resolutions,
@@ -146,13 +144,13 @@ class FemRough(GridSolver[FreeBody | PeriodicBody]):
         step = super().step(task, operator, contact, grid)
         return replace(step, body_fields=partial(below, self.scene, contact, grid))
 
-    def sweep(self, task: Task, operator: FreeBody | PeriodicBody, gap: np.ndarray) -> Sweep:
-        def run(loads: np.ndarray) -> Iterator[Contact]:
-            load = Load(task.loads.control, loads)
-            yield from grid_body.sweep(operator, gap, load, self.enforcement)
+    def pressed_on(self, operator: FreeBody | PeriodicBody) -> FreeBody | PeriodicBody:
+        return grid_body.body_under(operator, self.enforcement)
 
-        pressed = grid_body.body_under(operator, self.enforcement)
-        return as_far_as_possible(task, pressed, gap, run)
+    def sweep(
+        self, task: Task, operator: FreeBody | PeriodicBody, gap: np.ndarray, loads: np.ndarray
+    ) -> Iterator[Contact]:
+        return grid_body.sweep(operator, gap, Load(task.loads.control, loads), self.enforcement)
 
 
 class FemDepths(FemRough):

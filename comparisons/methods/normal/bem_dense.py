@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -102,9 +102,6 @@ class BemDense(GridSolver[FreeOperator]):
         return FreeOperator(shape, spacing, task.scene.effective_modulus)
 
     def sweep(
-        self, task: Task, operator: FreeOperator, gap: np.ndarray
-    ) -> Callable[[np.ndarray], Iterator[Contact]]:
-        def run(loads: np.ndarray) -> Iterator[Contact]:
-            return sweep(operator, gap, Load(task.loads.control, loads), by="pivot")
-
-        return run
+        self, task: Task, operator: FreeOperator, gap: np.ndarray, loads: np.ndarray
+    ) -> Iterator[Contact]:
+        return sweep(operator, gap, Load(task.loads.control, loads), by="pivot")

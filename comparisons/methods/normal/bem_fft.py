@@ -10,8 +10,6 @@ from comparisons.geometry.estimates import elastic_body
 from comparisons.geometry.prepare import Geometry, RoughGeometry
 from comparisons.methods.normal.grid import (
     GridSolver,
-    Sweep,
-    as_far_as_possible,
     cells,
     indenter_resolutions,
     rough_resolutions,
@@ -135,9 +133,8 @@ class BemFft(HalfSpaceGrid):
             return PeriodicOperator(shape, spacing, modulus, kernel=self.kernel)
         return FreeOperator(shape, spacing, modulus)
 
-    def sweep(self, task: Task, operator: ElasticBody, gap: np.ndarray) -> Sweep:
-        def run(loads: np.ndarray) -> Iterator[Contact]:
-            load = Load(task.loads.control, loads)
-            yield from sweep(operator, gap, load, tolerance=self.tolerance)
-
-        return as_far_as_possible(task, operator, gap, run)
+    def sweep(
+        self, task: Task, operator: ElasticBody, gap: np.ndarray, loads: np.ndarray
+    ) -> Iterator[Contact]:
+        load = Load(task.loads.control, loads)
+        return sweep(operator, gap, load, tolerance=self.tolerance)

@@ -59,7 +59,6 @@ def block_means(field: np.ndarray, blocks: Blocks | None) -> np.ndarray:
 
 
 AnyOperator = TypeVar("AnyOperator", bound=ElasticBody)
-Sweep = Callable[[np.ndarray], Iterator[Contact]]
 # Cells of the finest grid planned after refining by a factor: a 512 x 512 map is refined once
 # (by FFT BEM of a single surface further: `bem_fft.FURTHER`).
 MOST_INDENTER_CELLS = 3_000_000
@@ -173,9 +172,15 @@ class GridSolver(Solver[Geometry], Generic[AnyOperator]):
         """Return the operator from pressure to displacement."""
         raise NotImplementedError
 
-    def sweep(self, task: Task, operator: AnyOperator, gap: np.ndarray) -> Sweep:
-        """Return the solver as a function of the loads still to do."""
+    def sweep(
+        self, task: Task, operator: AnyOperator, gap: np.ndarray, loads: np.ndarray
+    ) -> Iterator[Contact]:
+        """Yield the contacts at the loads still to do."""
         raise NotImplementedError
+
+    def pressed_on(self, operator: AnyOperator) -> AnyOperator:
+        """Return the body that a shape is pressed on: with springs of a penalty it is softer."""
+        return operator
 
     def warm_up(self, task: Task) -> None:
         """Solve a paraboloid on a handful of the scene's cells, on its kind of half-space.
@@ -192,7 +197,7 @@ class GridSolver(Solver[Geometry], Generic[AnyOperator]):
         half = 0.5 * float(gap.mean())
         force = 0.1 * operator.effective_modulus * cell**2
         load = force if task.loads.control == "force" else half
-        for _ in self.sweep(task, operator, gap)(np.array([load, 1.1 * load])):
+        for _ in self.sweep(task, operator, gap, np.array([load, 1.1 * load])):
             pass
 
     def refusal(self, task: Task) -> str:
@@ -226,38 +231,30 @@ class GridSolver(Solver[Geometry], Generic[AnyOperator]):
     def _steps(
         self, task: Task, operator: AnyOperator, grid: Grid, loads: np.ndarray
     ) -> Iterator[Step]:
-        for contact in self.sweep(task, operator, grid.gap)(loads):
-            yield self.step(task, operator, contact, grid)
+        """Yield the steps of the loads that a surface admits; then the next one's fault is raised.
 
-    def step(self, task: Task, operator: AnyOperator, contact: Contact, grid: Grid) -> Step:
-        """Return the step of a solved contact."""
-        return contact_step(task, operator, contact, grid)
-
-
-def as_far_as_possible(task: Task, operator: ElasticBody, gap: np.ndarray, sweep: Sweep) -> Sweep:
-    """Return the sweep over the loads that a surface admits; then the next one's fault is raised.
-
-    A load beyond what this surface admits is a lost step, not a wrong argument, because another
-    realisation may admit it.
-    """
-
-    def run(loads: np.ndarray) -> Iterator[Contact]:
+        A load beyond what this surface admits is a lost step, not a wrong argument, because another
+        realisation may admit it.
+        """
         # the load below which the surface has an answer, and why not above
         limit, reason, control = np.inf, "", task.loads.control
         if isinstance(task.geometry, RoughGeometry):
-            mean = float(gap.mean())
+            mean, periodic = float(grid.gap.mean()), operator.periodic
             if control == "mean_gap":
                 limit, reason = mean, f"no contact: at first touch the mean gap is {mean:.3g} m"
-            elif control == "penetration" and operator.periodic and not operator.sinks:
+            elif control == "penetration" and periodic and not self.pressed_on(operator).sinks:
                 limit, reason = mean, f"no gap is left, the surfaces are closed at {mean:.3g} m"
         within = loads[loads < limit]
         if len(within):
-            yield from sweep(within)
+            for contact in self.sweep(task, operator, grid.gap, within):
+                yield self.step(task, operator, contact, grid)
         if len(within) < len(loads):
             called = control.replace("_", " ")
             raise ConvergenceError(f"{called} {loads[len(within)]:.3g} m: {reason}")
 
-    return run
+    def step(self, task: Task, operator: AnyOperator, contact: Contact, grid: Grid) -> Step:
+        """Return the step of a solved contact."""
+        return contact_step(task, operator, contact, grid)
 
 
 def contact_step(task: Task, operator: ElasticBody, contact: Contact, grid: Grid) -> Step:
