@@ -74,39 +74,20 @@ class FemSolver(Solver[G]):
             raise Refused("models a free patch, not a periodic half-space")
 
 
-class FemMesh(FemSolver[G]):
-    """One elastic body under a rigid one."""
-
-    def __init__(self, scene: Scene) -> None:
-        super().__init__(scene)
-        self.enforcement = enforcement_of(scene)
-
-    def press(
-        self,
-        task: Task[G],
-        body: fem.CondensedBody,
-        gap: np.ndarray,
-        loads: np.ndarray,
-        start: np.ndarray | None = None,
-    ) -> Iterator[fem.NodalContact]:
-        """Yield the contact at each load on a mesh that stays."""
-        load = LoadPath(task.loads.control, loads)
-        yield from fem.press(body, gap, load, self.enforcement, start=start)
-
-
 def meshes_both(scene: Scene) -> bool:
     """Whether both bodies get a mesh: an indenter with a counter body, and a coupling."""
     pair = scene.counter_body is not None and scene.indenter is not None
     return pair and scene.methods.fem.coupling != "effective_modulus"
 
 
-class Fem(FemMesh[IndenterGeometry]):
+class Fem(FemSolver[IndenterGeometry]):
     """Single contacts: a mesh around the contact, fitted to its edge or along straight sides."""
 
     name = "fem"
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
+        self.enforcement = enforcement_of(scene)
         self.points, self.solver = scene.methods.fem.points, scene.methods.fem.solver
         self.indenter = needed(scene.indenter, "single contacts only")
         self.straight = self.indenter.outline is not None
@@ -182,12 +163,13 @@ class Fem(FemMesh[IndenterGeometry]):
             """Scale the mesh onto the edge of the contact at each load; a face has a fixed mesh."""
             points, shape = self.points, self.indenter.gap
             contacts: Iterator[tuple[fem.CondensedBody, fem.NodalContact]]
+            load = LoadPath(task.loads.control, loads)
             if body.ring is None:
                 pressed = body if points == "nodes" else fem.at_quadrature_points(body)
                 gap = punch_mesh.face_gap(task.geometry, pressed.points)
-                contacts = ((pressed, contact) for contact in self.press(task, pressed, gap, loads))
+                found = fem.press(pressed, gap, load, self.enforcement)
+                contacts = ((pressed, contact) for contact in found)
             else:
-                load = LoadPath(task.loads.control, loads)
                 contacts = fem.indent(body, shape, load, self.enforcement, points=points)
             for scaled, contact in contacts:
                 if body.ring is not None:

@@ -18,7 +18,7 @@ from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeomet
 from comparisons.methods.fem.indenter import (
     FAR,
     TRUNCATION_GRID,
-    FemMesh,
+    FemSolver,
     enforcement_of,
     options_problem,
 )
@@ -48,7 +48,7 @@ from reference.halfspace.areas import corrected_area
 from reference.layered import Stack
 from reference.layered.layered_grid import Body
 from reference.layered.stresses import inside
-from reference.loads import Load
+from reference.loads import Load, LoadPath
 
 # Double arrays of one grid that a solve holds at once: those of `bem_fft`, and some kernels.
 ARRAYS_PERIODIC, ARRAYS_FREE = 36, 62
@@ -171,10 +171,14 @@ class FemDepths(FemRough):
 LARGEST_PATCH = 32
 
 
-class FemPatch(FemMesh[RoughGeometry]):
+class FemPatch(FemSolver[RoughGeometry]):
     """A rough patch pressed node by node, free of its surroundings."""
 
     name = "fem"
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.enforcement = enforcement_of(scene)
 
     @classmethod
     def takes(cls, scene: Scene) -> bool:
@@ -207,7 +211,8 @@ class FemPatch(FemMesh[RoughGeometry]):
         def steps(realisation: int, loads: np.ndarray) -> Iterator[Step]:
             heights = task.geometry.heights(realisation, task.resolution)
             gap = np.ravel(max(task.geometry.top(realisation), heights.max()) - heights)
-            for contact in self.press(task, body, gap, loads):
+            load = LoadPath(task.loads.control, loads)
+            for contact in fem.press(body, gap, load, self.enforcement):
                 mean_gap = float(np.mean(gap + contact.displacement) - contact.penetration)
                 # with the perimeter correction of grids: the nodes form one
                 mask = contact.active.reshape(heights.shape)

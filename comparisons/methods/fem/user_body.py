@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 
 from comparisons.geometry.bodies import BodyGeometry
-from comparisons.methods.fem.indenter import FemMesh
+from comparisons.methods.fem.indenter import FemSolver, enforcement_of
 from comparisons.methods.fem.step import (
     bytes_of_fronts,
     bytes_of_multigrid,
@@ -23,9 +23,10 @@ from comparisons.scene.scene import Scene
 from comparisons.tasks.steps import NoAnswerError, Row, Step
 from comparisons.tasks.task import Task
 from reference.elasticity import LARGEST_POISSON_RATIO
-from reference.fem import Material
+from reference.fem import Material, press
 from reference.fem.condensed_body import LARGEST_POISSON_LINEAR_TETRAHEDRA, supported_body
 from reference.fem.solid_mesh import SolidMesh, SupportedMesh, contact_nodes
+from reference.loads import LoadPath
 
 # A minute of elimination on one core; memory is asked for apart. Beyond it the compliance of the
 # nodes in contact is found by conjugate gradients, for some ten minutes at most: so many unknowns
@@ -46,7 +47,7 @@ def unknowns(geometry: BodyGeometry, resolution: int) -> int:
     return 3 * len(geometry.solid.points) * resolution**3
 
 
-class FemBody(FemMesh[BodyGeometry]):
+class FemBody(FemSolver[BodyGeometry]):
     """The body of a file on its own mesh, with the boundary conditions of its supports."""
 
     name = "fem"
@@ -54,7 +55,7 @@ class FemBody(FemMesh[BodyGeometry]):
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        self.solver = scene.methods.fem.solver
+        self.enforcement, self.solver = enforcement_of(scene), scene.methods.fem.solver
 
     @classmethod
     def takes(cls, scene: Scene) -> bool:
@@ -157,7 +158,8 @@ class FemBody(FemMesh[BodyGeometry]):
             if body.iterative is not None and task.loads.control == "force":
                 # every node that a contact set passes takes a column: begin near the answer
                 start = gap <= geometry.penetrations[len(task.loads.values) - len(loads)]
-            for contact in self.press(task, body, gap, loads, start):
+            load = LoadPath(task.loads.control, loads)
+            for contact in press(body, gap, load, self.enforcement, start=start):
                 if contact.active.any() and gap[contact.active].max() > edge:
                     raise NoAnswerError("the contact is larger than the nodes that may touch")
                 area, indenter = contact.contact_area, geometry.indenter
