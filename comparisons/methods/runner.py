@@ -94,13 +94,27 @@ def _part(task: Task, start: int, end: int) -> Task:
 
 
 def _contained(solver: Solver[Any], task: Task, reason: Callable[[Exception], str]) -> Solution:
-    """Solve one span; where it raises, its halves, as long as the smaller loads succeed."""
+    """Solve one span, and derive what the method has not computed itself.
+
+    Where it raises its halves are solved, as long as the smaller loads succeed.
+    """
     steps = len(task.loads.values)
     unreached = task.geometry.unreached if isinstance(task.geometry, IndenterGeometry) else {}
     if unreached:
         return Solution.lost(task, f"no contact can be estimated: {unreached[0]}")
     try:
-        return _answer(solver, task)
+        solution = solver.solve(task)
+        if not isinstance(solution, Solution):
+            raise MalformedError(f"solve: expected a Solution, got {in_kind(solution)}")
+        # a body of revolution pressed onto a plane touches it in a circle
+        geometry, dragged = task.geometry, _DRAGGED & set(task.scene.physics)
+        is_round = isinstance(geometry, IndenterGeometry) and geometry.indenter.axisymmetric
+        on_plane = not isinstance(geometry, BodyGeometry) or geometry.flat_surface
+        is_round = is_round and on_plane and not dragged
+        solution.quantities.update(derived(solution.quantities, task.scene, is_round=is_round))
+        return solution
+    except NO_ANSWER as error:
+        return Solution.lost(task, error.reason)
     except Exception as error:  # the other loads carry on
         if is_interrupt(error):
             raise KeyboardInterrupt from error
@@ -113,20 +127,3 @@ def _contained(solver: Solver[Any], task: Task, reason: Callable[[Exception], st
         return Solution.lost(task, message)
     above = _contained(solver, _part(task, half, steps), reason)
     return Solution.concat([below, above], axis=STEPS)
-
-
-def _answer(solver: Solver[Any], task: Task) -> Solution:
-    """Solve a task and derive what the method has not computed itself."""
-    try:
-        solution = solver.solve(task)
-        if not isinstance(solution, Solution):
-            raise MalformedError(f"solve: expected a Solution, got {in_kind(solution)}")
-    except NO_ANSWER as error:  # of the solve alone: what is derived has no such words
-        return Solution.lost(task, error.reason)
-    # a body of revolution pressed onto a plane touches it in a circle
-    geometry, dragged = task.geometry, _DRAGGED & set(task.scene.physics)
-    is_round = isinstance(geometry, IndenterGeometry) and geometry.indenter.axisymmetric
-    on_plane = not isinstance(geometry, BodyGeometry) or geometry.flat_surface
-    is_round = is_round and on_plane and not dragged
-    solution.quantities.update(derived(solution.quantities, task.scene, is_round=is_round))
-    return solution

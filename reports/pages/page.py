@@ -28,8 +28,8 @@ from plotly.offline import get_plotlyjs, get_plotlyjs_version
 from comparisons import code_cache
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import quantity
-from comparisons.files import plain, write_text
-from reports.pages import glossary
+from comparisons.files import parse_toml, plain, write_text
+from comparisons.results.record import WHERE
 from reports.plots.figure import Figure
 from reports.plots.interactive import spec
 from reports.plots.style import look
@@ -165,6 +165,7 @@ def environment() -> Environment:
         "look": look,
         "tone": tone,
         "term": _term,
+        "glossary": glossary,
         "strip": _strip,
         "finite": fmt.finite,
         # the value by which a cell is sorted and exported
@@ -183,11 +184,18 @@ def _symbols(text: str) -> Markup:
     return Markup(_SUBSCRIPT.sub(r"\1<sub>\2</sub>", str(escape(fmt.greek(text)))))  # noqa: S704
 
 
+@cache
+def glossary() -> dict[str, Any]:
+    """Return the terms and the measures that the report explains."""
+    text = (TEMPLATES / "glossary.toml").read_text(encoding="utf-8")
+    return parse_toml(text.replace("{where}", WHERE))
+
+
 def _term(key: str, text: str | None = None) -> Markup:
     """Return a term linked to the glossary, with its explanation on hover."""
-    name, meaning = glossary.TERMS[key]
+    term = glossary()["terms"][key]
     return Markup('<a class="term" href="#term-{}"><abbr title="{}">{}</abbr></a>').format(
-        key, meaning, text or name
+        key, term["meaning"], text or term["name"]
     )
 
 

@@ -25,7 +25,6 @@ from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHI
 from comparisons.results.advice import ITSELF, Advice, Setting, advise, truth_known_to
 from comparisons.results.finding import answers, family, largest_error, methods_of, symbol, unjudged
 from comparisons.results.record import SceneRecord, StudyRecord, title_in
-from reports.pages import glossary
 from reports.pages.claims import FOLDER, claims_beside
 from reports.pages.page import render
 from reports.pictures import pictures
@@ -129,7 +128,6 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
             if isinstance(table := scene.tables.get(name), dict)
         },
         evidence=[(name, heading) for name, heading, _ in EVIDENCE],
-        glossary=glossary,
         itself=ITSELF,
         of_means=tables.OF_MEANS,
     )
