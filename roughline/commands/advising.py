@@ -48,13 +48,14 @@ def print_known(plans: list[Plan], as_json: bool, again: str) -> int:
         documents = [_document(plan, answers[plan.scene.name]) for plan in plans]
         print(json.dumps(documents, indent=1))
         return FINE
+    console = terminal.Terminal()
     for plan in plans:
         name, tolerance = plan.scene.name, plan.scene.compare.tolerance
         for note in plan.doubts:
-            terminal.print_text(f"{name}: {note}")
+            console.print(f"{name}: {note}")
         known = answers[name]
         for answer in plainly(known, tolerance):
-            terminal.print_text(f"{name}: reduced model, {answer}")
+            console.print(f"{name}: reduced model, {answer}")
         control, told = plan.loads.control, {answer.quantity for answer in known}
         asked = [n for n in plan.scene.compare.quantities if n not in told]
         for claim in claims_on(plan.scene):
@@ -64,12 +65,12 @@ def print_known(plans: list[Plan], as_json: bool, again: str) -> int:
                 )
                 said = claim.sentence[0].lower() + claim.sentence[1:].rstrip(".")
                 text = f"{listed([quantity(n).label for n in names])}{equal}: {said}"
-                terminal.print_text(f"{name}: reduced model, {text} (claim {claim.id}, {ALIKE})")
+                console.print(f"{name}: reduced model, {text} (claim {claim.id}, {ALIKE})")
                 told |= set(names)
         # of what is prescribed nothing is asked
         if left := [quantity(n).label for n in asked if n not in told | {control}]:
             theorem = "" if known or not _transformed(plan.scene) else f"; {ROUND}"
-            terminal.print_text(f"{name}: {NOTHING} {listed(left)}{theorem}; {CHOICE}")
+            console.print(f"{name}: {NOTHING} {listed(left)}{theorem}; {CHOICE}")
     say(f"To be sure: {again}")
     return FINE
 
@@ -80,11 +81,11 @@ def advise_all(plans: list[Plan], effort: Effort, as_json: bool) -> int:
     Where nothing that was run is sure of the tolerance, the truth is refined: its bar decides.
     InputError if a quantity is asked for that no method gives.
     """
-    answers = {plan.scene.name: known_of(plan) for plan in plans}
+    answers, console = {plan.scene.name: known_of(plan) for plan in plans}, terminal.Terminal()
     for plan in plans:
         text = in_words(answers[plan.scene.name], plan.scene.compare.tolerance)
         if text and not as_json:
-            terminal.print_text(f"{plan.scene.name}: {text} Measuring to be sure.\n")
+            console.print(f"{plan.scene.name}: {text} Measuring to be sure.\n")
     records = []
     with terminal.status() as show:
         for plan in plans:

@@ -468,7 +468,8 @@ def list_(catalogue: str | None = None, *, method_files: MethodFiles = NO_METHOD
     from comparisons.errors import InputError
     from comparisons.reasons import near
     from reports.tables import lists
-    from roughline.commands import terminal
+    from reports.tables.written import drawn
+    from roughline.commands.terminal import Terminal
 
     tables = {
         "scenes": lists.scenes,
@@ -476,13 +477,14 @@ def list_(catalogue: str | None = None, *, method_files: MethodFiles = NO_METHOD
         "claims": lists.claims,
         "hard-cases": lists.hard_cases,
     }
-    if catalogue is None:
-        method_files.load()
-        terminal.print_lists()
-        return FINE
-    if catalogue not in tables:
+    if catalogue is not None and catalogue not in tables:
         expected = f"list: expected one of {', '.join(tables)}, got {catalogue!r}"
         raise InputError(expected + near(catalogue, tables))
     method_files.load()
-    terminal.print_table(tables[catalogue](), unfolded=catalogue == "hard-cases")
+    if catalogue is not None:
+        table = tables[catalogue]()
+        Terminal().print(drawn(table, unfolded=catalogue == "hard-cases"))
+        return FINE
+    for key, title in ((name, name.replace("-", " ")) for name in tables):
+        say(f"{len(tables[key]().rows):5} {title:<11} roughline list {key}")
     return FINE

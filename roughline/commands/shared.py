@@ -45,16 +45,18 @@ def problems(problem: str | None = None, *, out: Path | None = None) -> int:
     from comparisons.errors import InputError
     from comparisons.questions.problem_sheets import builtin_sheets, sheet_of
     from reports.tables.problems import problem_list, sheet_table, sheet_text
-    from roughline.commands.terminal import print_table
+    from reports.tables.written import drawn
+    from roughline.commands.terminal import Terminal
 
+    console = Terminal()
     if problem is None:
         if out is not None:
             raise InputError("--out: expected a problem whose files are to be written")
-        print_table(problem_list(builtin_sheets().values()))
+        console.print(drawn(problem_list(builtin_sheets().values())))
         return FINE
     sheet = sheet_of(problem)
     say(sheet_text(sheet))
-    print_table(sheet_table(sheet))
+    console.print(drawn(sheet_table(sheet)))
     if out is not None:
         from comparisons.results.folder import held
 
@@ -89,12 +91,13 @@ def submit(file: Path, *, leaderboard: Path | None = None) -> int:
     )
     from comparisons.results.folder import held
     from reports.tables.problems import judged_table, judged_text
-    from roughline.commands.terminal import print_table
+    from reports.tables.written import drawn
+    from roughline.commands.terminal import Terminal
 
     entry = read_entry(file)
     sheet = sheet_of(entry.problem)
     judged = judge_entry(entry, sheet, reference_of(sheet))
-    print_table(judged_table(judged, sheet))
+    Terminal().print(drawn(judged_table(judged, sheet)))
     say(judged_text(judged, sheet))
     if leaderboard is not None:
         with held(leaderboard):

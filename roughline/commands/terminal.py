@@ -18,12 +18,7 @@ from roughline.commands import printable
 from roughline.commands.progress import COMPILED, compiled
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
-    from comparisons.questions.benchmarks.yardstick import Measurement
-    from comparisons.questions.check import Finding
     from comparisons.questions.claims.record import ClaimsRecord
-    from comparisons.questions.hard_cases.case import HardCasesRecord
     from comparisons.questions.single import SingleResult
     from comparisons.results.advice import Advice
     from comparisons.results.ensemble_folder import EnsembleResult
@@ -41,11 +36,43 @@ WIDE = 200  # columns of sentences in a file
 UNFOLDED = 100_000  # columns, more than any line has
 
 
+class Terminal(Console):
+    """A console without markup; its lines are wrapped on a terminal, not in a file or a pipe."""
+
+    def __init__(self) -> None:
+        super().__init__(emoji=False, markup=False, highlight=False)
+        if not self.is_terminal and "COLUMNS" not in os.environ:
+            self.width = UNFOLDED
+
+    def render_str(self, text: str, **options: Any) -> Text:
+        """Render external text without terminal control sequences."""
+        return super().render_str(printable(text), **options)
+
+    def on_broken_pipe(self) -> None:
+        """Tell the caller: rich would end the program with exit code 1."""
+        raise BrokenPipeError
+
+    def print_rows(self, table: Table) -> None:
+        """Print a table with its note; on narrow terminals its rows as lines."""
+        if self.width < NARROW:
+            for row in table.rows:
+                self.print(" ".join(cell.text for cell in row))
+        else:
+            self.print(drawn(table, tight=True))
+        self.print(table.note, style="dim")
+
+    def print_path(self, path: Path, seconds: float, took: str = "") -> None:
+        """Print a path in one piece, to be copied, with the time that it, or another run, took."""
+        from comparisons.formatting import duration
+
+        self.print(f"{path}  ({took}{duration(seconds)})", soft_wrap=True)
+
+
 def print_plans(plans: list[Plan]) -> None:
     """Print what would be modelled, what is left out and why; what is true of all, once."""
     from reports.tables.runs import plan as plan_table
 
-    console = _console()
+    console = Terminal()
     printed_lines: set[str] = set()
     for plan in plans:
         console.print(drawn(plan_table(plan)))
@@ -86,7 +113,7 @@ def print_study(
         verdict_table,
     )
 
-    console = _console()
+    console = Terminal()
     for scene in record.scenes:
         for note in scene.plan.doubts:
             console.print(f"{scene.name}: {note}")
@@ -104,7 +131,7 @@ def print_study(
         lines = summary_lines(record.scenes)
         room = SCREEN - sum(len(table.rows) + 2 for table in findings)
         if len(lines.rows) < room:
-            _print_rows(console, lines)
+            console.print_rows(lines)
         else:
             console.print(f"{len(record.scenes)} scenes; -v prints every quantity", style="dim")
     if verbose:
@@ -117,12 +144,12 @@ def print_study(
             console.print(f"{scene.name}: {sentence}")
     if len(record.scenes) == 1:
         if (others := others_table(record.scenes[0])).rows:
-            _print_rows(console, others)
+            console.print_rows(others)
         for heading, text in card(record.scenes[0]):
             if heading in SAID:
                 console.print(f"{heading}: {text}")
     if len((prepared := prepared_table(record.scenes)).rows) in range(1, SCREEN):
-        _print_rows(console, prepared)
+        console.print_rows(prepared)
     for line in asked_in_vain(record.scenes):
         console.print(line, style="bold")
     # the blocks of an ensemble are solves of their own, with one reason
@@ -136,33 +163,23 @@ def print_study(
         console.print(f"... and {len(reasons) - MANY} more lost solves", style="bold")
     for table in findings:
         console.print()
-        _print_rows(console, table)
+        console.print_rows(table)
     proved = [known for scene in record.scenes if (known := scene.reference.proved)]
     if proved:
         console.print(tally(proved))
-    _print_path(console, record.directory / "report.html", record.seconds)
-
-
-def _print_rows(console: Console, table: Table) -> None:
-    """Print a table with its note; on narrow terminals its rows as lines."""
-    if console.width < NARROW:
-        for row in table.rows:
-            console.print(" ".join(cell.text for cell in row))
-    else:
-        console.print(drawn(table, tight=True))
-    console.print(table.note, style="dim")
+    console.print_path(record.directory / "report.html", record.seconds)
 
 
 def print_ensemble(result: EnsembleResult, directory: Path) -> None:
     """Print what an ensemble cost, means at three loads, and what is missing."""
     from reports.tables.runs import means, settings
 
-    console, record = _console(), result.record
+    console, record = Terminal(), result.record
     console.print(drawn(settings(record)))
     console.print(drawn(means(record, result.statistics)))
     for line in record.missing[:MANY]:
         console.print(f"missing: {line}", style="bold")
-    _print_path(console, directory, record.seconds)
+    console.print_path(directory, record.seconds)
 
 
 def print_solution(result: SingleResult) -> None:
@@ -170,7 +187,7 @@ def print_solution(result: SingleResult) -> None:
     from comparisons.formatting import duration, relative
     from reports.tables.runs import load_steps
 
-    solution, console = result.solution, _console()
+    solution, console = result.solution, Terminal()
     console.print(drawn(load_steps(result, digits=6)))
     console.print(
         f"resolution {result.resolution}, {solution.unknowns} unknowns, "
@@ -193,7 +210,7 @@ def print_claims(record: ClaimsRecord, report: Path, took: str = "") -> None:
     """
     from reports.tables.validation import claims
 
-    console = _console()
+    console = Terminal()
     for claim in record.claims:
         for text in claim.disagreements:
             console.print(f"{claim.id}: {text}", style="bold")
@@ -209,39 +226,7 @@ def print_claims(record: ClaimsRecord, report: Path, took: str = "") -> None:
         rows = claims(record.model_copy(update={"claims": shown}))
         console.print(drawn(rows, unfolded=not console.is_terminal), width=width)
         console.print()
-    _print_path(console, report, record.seconds, took)
-
-
-def print_lists() -> None:
-    """Print the number of built-in scenes, methods, claims and hard cases."""
-    from comparisons.facts.methods import METHODS
-    from comparisons.questions.claims.families import builtin_claims
-    from comparisons.questions.hard_cases.catalogue import catalogue
-    from comparisons.scene.scene import builtin_names
-
-    console = _console()
-    catalogues = {
-        "scenes": builtin_names(),
-        "methods": METHODS,
-        "claims": builtin_claims(),
-        "hard-cases": catalogue(),
-    }
-    for key, names in catalogues.items():
-        title = key.replace("-", " ")
-        console.print(f"{len(names):5} {title:<11} roughline list {key}")
-
-
-def print_benchmarks(timings: dict[str, list[Measurement]]) -> None:
-    """Print the times of each benchmark as ratios to its yardsticks, and the machine."""
-    from comparisons.machine import machine, machine_text
-    from comparisons.questions.benchmarks.yardstick import vector_features
-    from reports.tables.validation import measured
-
-    console = _console()
-    for name, rows in timings.items():
-        console.print(drawn(measured(name, rows)))
-    console.print(f"one thread; {machine_text(machine(1))}")
-    console.print(f"vector units: {vector_features()}")
+    console.print_path(report, record.seconds, took)
 
 
 @contextmanager
@@ -255,35 +240,12 @@ def status() -> Iterator[Callable[[str], None]]:
         yield lambda text: line.update(escape(printable(text)))
 
 
-def print_findings(findings: list[Finding], baseline: Path) -> None:
-    """Print the findings of a check: every drift, and remarks."""
-    from reports.tables.validation import against_baseline
-
-    console = _console()
-    if not findings:
-        console.print(f"new baseline: {baseline}")
-        return
-    console.print(drawn(against_baseline(findings, str(baseline))))
-    drifted = len({finding.scene for finding in findings if finding.drifted})
-    summary = (
-        f"{drifted} of {len({finding.scene for finding in findings})} scenes drifted"
-        if drifted
-        else "nothing drifted"
-    )
-    console.print(summary)
-
-
-def print_text(text: str) -> None:
-    """Print a sentence, wrapped by words on a terminal."""
-    _console().print(text)
-
-
 def print_advice(advices: list[tuple[str, Advice]]) -> None:
     """Print the method to use for each plan of a scene, and the settings measured."""
     from comparisons.machine import machine, machine_text
     from reports.tables.judged import measured_settings
 
-    console = _console()
+    console = Terminal()
     for name, advice in advices:
         for text in filter(None, (f"{name}: {advice.sentence}", advice.single)):
             console.print(text)
@@ -291,31 +253,12 @@ def print_advice(advices: list[tuple[str, Advice]]) -> None:
     console.print(f"one thread; {machine_text(machine(1))}")
 
 
-def print_hard_cases(record: HardCasesRecord, page: Path) -> None:
-    """Print the stability table, and the differences from the catalogue."""
-    from reports.tables.validation import outcomes
-
-    console = _console()
-    console.print(drawn(outcomes(record), unfolded=True))
-    for outcome in (*record.deviations, *record.lost):
-        reason = outcome.deviation or f"lost: {outcome.reason}"
-        console.print(f"{outcome.case}, {outcome.method}: {reason}", style="bold")
-    if record.outcomes and not (record.deviations or record.lost):
-        console.print("every outcome is as the catalogue expects")
-    console.print(f"\n{page}")
-
-
-def print_table(table: Table, *, unfolded: bool = False) -> None:
-    """Print any table."""
-    _console().print(drawn(table, unfolded=unfolded))
-
-
 def print_run_comparison(record: RunComparison, page: Path) -> None:
     """Print the changes of answers between two runs, the worst first, and count those of times."""
     from comparisons.results.run_comparison import SAME, TIMED
     from reports.tables.runs import changes
 
-    console = _console()
+    console = Terminal()
     for note in record.notes:
         console.print(note)
     alike = record.alike
@@ -334,29 +277,3 @@ def print_run_comparison(record: RunComparison, page: Path) -> None:
         counts = ", ".join(f"{count} {word}" for word, count in timed.items())
         console.print(f"times: {counts}; listed on the page")
     console.print(f"{record.sentence}\n{page}")
-
-
-class _Terminal(Console):
-    def render_str(self, text: str, **options: Any) -> Text:
-        """Render external text without terminal control sequences."""
-        return super().render_str(printable(text), **options)
-
-    def on_broken_pipe(self) -> None:
-        """Tell the caller: rich would end the program with exit code 1."""
-        raise BrokenPipeError
-
-
-def _console() -> Console:
-    """Return the console; lines are wrapped for a terminal only, not for a file or a pipe."""
-    console = _Terminal(emoji=False, markup=False, highlight=False)
-    if not console.is_terminal and "COLUMNS" not in os.environ:
-        console.width = UNFOLDED
-    return console
-
-
-def _print_path(console: Console, path: Path, seconds: float, took: str = "") -> None:
-    """Print a path in one piece, to be copied, with the time that it, or another run, took."""
-    from comparisons.formatting import duration
-
-    time = f"{path}  ({took}{duration(seconds)})"
-    console.print(time, soft_wrap=True)

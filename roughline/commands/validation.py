@@ -136,9 +136,11 @@ def calibrate(
     from comparisons.results.folder import PAGE, held
     from reports.pages.calibration import calibration_page
     from reports.tables.validation import by_quantity, kinds, other_widths, rule
+    from reports.tables.written import drawn
     from roughline.commands.progress import watching
-    from roughline.commands.terminal import print_table, print_text
+    from roughline.commands.terminal import Terminal
 
+    console = Terminal()
     command = shlex.join(["roughline", *sys.argv[1:]])
     executor = workers.executor(default=2)
     with held(out):
@@ -147,20 +149,20 @@ def calibrate(
         cases = record.cases
         write_text(out / PAGE, calibration_page(cases, command))
     reported = [case for case in cases if case.half == "reported"]
-    print_text(
+    console.print(
         "Cases that were not used to fit the rule: coverage, and median of bar over true error, "
         "in the rms over the loads of a case, and of the bars at every load by themselves."
     )
     for made in (*by_quantity(reported), rule(fitted_shares(cases)), *other_widths(cases)):
-        print_text("")
-        print_table(made)
+        console.print()
+        console.print(drawn(made))
         if made.note:
-            print_text(made.note)
-    print_text(f"\n{record.held}.")
+            console.print(made.note)
+    console.print(f"\n{record.held}.")
     for case in cases:
         if case.missed:
             kind = "defect: " if case.refuted else ""
-            print_text(
+            console.print(
                 f"{kind}{case.in_words}: at {case.missed} of {case.bars.size} loads, "
                 f"at worst by {case.excess:.0%} of the bar"
             )
@@ -207,8 +209,10 @@ def hard_cases(
     from comparisons.questions.hard_cases.run import HardCases
     from comparisons.results.folder import PAGE, held
     from reports.pages.hard_cases import hard_cases_page
-    from roughline.commands import terminal
+    from reports.tables.validation import outcomes
+    from reports.tables.written import drawn
     from roughline.commands.progress import watched
+    from roughline.commands.terminal import Terminal
 
     method_files.load()
     chosen: list[str] = []
@@ -240,7 +244,14 @@ def hard_cases(
         write_text(page, hard_cases_page(record))
     if json is not None:
         write_named_text(json, record.model_dump_json(indent=1) + "\n")
-    terminal.print_hard_cases(record, page)
+    console = Terminal()
+    console.print(drawn(outcomes(record), unfolded=True))
+    for outcome in (*record.deviations, *record.lost):
+        reason = outcome.deviation or f"lost: {outcome.reason}"
+        console.print(f"{outcome.case}, {outcome.method}: {reason}", style="bold")
+    if record.outcomes and not (record.deviations or record.lost):
+        console.print("every outcome is as the catalogue expects")
+    console.print(f"\n{page}")
     return FAILED if record.deviations or record.lost else FINE
 
 
@@ -259,14 +270,21 @@ def bench(benchmark: str | None = None, *, json: Path | None = None) -> int:
 
     from comparisons.errors import InputError
     from comparisons.files import write_named_text
+    from comparisons.machine import machine, machine_text
     from comparisons.questions.benchmarks import BENCHMARKS
-    from roughline.commands import terminal
+    from comparisons.questions.benchmarks.yardstick import vector_features
+    from reports.tables.validation import measured
+    from reports.tables.written import drawn
+    from roughline.commands.terminal import Terminal
 
     if benchmark is not None and benchmark not in BENCHMARKS:
         raise InputError(f"bench: expected one of {', '.join(BENCHMARKS)}, got {benchmark!r}")
     names = list(BENCHMARKS) if benchmark is None else [benchmark]
     timings = {name: BENCHMARKS[name]() for name in names}
-    terminal.print_benchmarks(timings)
+    console = Terminal()
+    for name, rows in timings.items():
+        console.print(drawn(measured(name, rows)))
+    console.print(f"one thread; {machine_text(machine(1))}\nvector units: {vector_features()}")
     if json is not None:
         rows = [measurement.row() for rows in timings.values() for measurement in rows]
         write_named_text(json, json_format.dumps(rows, indent=1) + "\n")
@@ -295,8 +313,10 @@ def check(
         Show the drift, then store the new run, by default in roughline-baseline.
     """
     from comparisons.questions.check import CHECK_SCENES, PACKAGED, check_against
-    from roughline.commands import terminal
+    from reports.tables.validation import against_baseline
+    from reports.tables.written import drawn
     from roughline.commands.progress import watching
+    from roughline.commands.terminal import Terminal
 
     method_files.load()
     stored_baseline = Path("roughline-baseline")
@@ -304,5 +324,13 @@ def check(
     with watching() as watch:
         scenes = scenes or CHECK_SCENES
         findings = check_against(stored, method, scenes, watch=watch, update=update)
-    terminal.print_findings(findings, stored)
-    return FAILED if any(finding.drifted for finding in findings) and not update else FINE
+    drifted = {finding.scene for finding in findings if finding.drifted}
+    console = Terminal()
+    if not findings:
+        console.print(f"new baseline: {stored}")
+    else:
+        console.print(drawn(against_baseline(findings, str(stored))))
+        count = len({finding.scene for finding in findings})
+        told = f"{len(drifted)} of {count} scenes drifted" if drifted else "nothing drifted"
+        console.print(told)
+    return FAILED if drifted and not update else FINE
