@@ -150,7 +150,7 @@ def faces_of(scene: Scene) -> tuple[tuple[Face, ...], tuple[str, ...]]:
         except FileError as error:
             problems += [f"{key}.file: {table.file}: {cause}" for cause in error.problems]
             continue
-        made.append(MeasuredFace(measured.heights, measured.size, measured.periodic))
+        made.append(MeasuredFace(measured.heights, measured.size, table.periodic))
         where = f"{key}: " if scene.surface2 is not None else ""
         treatment += [where + note for note in measured.treatment]
     if not problems:

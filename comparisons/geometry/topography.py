@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +15,7 @@ from comparisons.formatting import with_unit
 from comparisons.geometry.map_files.heights import (
     PLAIN_FORMATS,
     UNITS_PER_METRE,
+    Heights,
     read_heights,
     stated_problems,
 )
@@ -31,20 +32,7 @@ _INTERPOLATED_SHARE = 0.05
 _WIDEST_SEAM = 2.0
 
 
-@dataclass(frozen=True)
-class TreatedMap:
-    """A measured surface, ready for every method."""
-
-    # (nx, ny), heights in metres, positive towards the half-space (peaks touch first), axis 0 along
-    # x, C-contiguous float64, read-only.
-    heights: Array
-    # Side lengths (Lx, Ly) in metres; a point stands for a cell of Lx/nx by Ly/ny.
-    size: tuple[float, float]
-    treatment: tuple[str, ...]  # processing steps in order
-    periodic: bool = False  # whether the map is periodic, as the caller states
-
-
-def read_map(path: Path, surface: MeasuredMap) -> TreatedMap:
+def read_map(path: Path, surface: MeasuredMap) -> Heights:
     """Read a measured map as stated in the scene: crop, invert, detrend, fill.
 
     Detrending and interpolation fit and use the defined points only. Inversion comes before the
@@ -82,7 +70,7 @@ def read_map(path: Path, surface: MeasuredMap) -> TreatedMap:
     if problems:
         raise FileError(*problems)
     file, periodic = read_heights(path, surface), surface.periodic
-    heights, treatment, origin = file.heights, [file.note], (0, 0)
+    heights, treatment, origin = file.heights, [*file.treatment], (0, 0)
     if surface.crop:
         x0, y0, nx, ny = surface.crop
         origin = x0, y0
@@ -140,9 +128,7 @@ def read_map(path: Path, surface: MeasuredMap) -> TreatedMap:
                 f"{across:.2g} m (rms), neighbours inside by at most {max(inside):.2g} m"
             )
     heights.setflags(write=False)
-    return TreatedMap(
-        heights=heights, size=file.size, treatment=tuple(treatment), periodic=periodic
-    )
+    return replace(file, heights=heights, treatment=tuple(treatment))
 
 
 def _fate_of_holes(

@@ -54,15 +54,14 @@ class HeightFile:
 
 @dataclass(frozen=True)
 class Heights:
-    """The heights of a crop in metres, NaN where undefined, and what is known of its file.
+    """The heights of a crop in metres, as read or as treated, and what is known of its file."""
 
-    `size` are the side lengths of the crop, `cell` those of the cell of a point, in metres.
-    """
-
+    # (nx, ny), first index along x. As read NaN where undefined; treated positive towards the
+    # half-space (peaks touch first), C-contiguous and read-only.
     heights: NDArray[np.float64]
-    size: tuple[float, float]
-    cell: tuple[float, float]
-    note: str
+    size: tuple[float, float]  # side lengths of the crop
+    cell: tuple[float, float]  # those of the cell of a point
+    treatment: tuple[str, ...]  # processing steps in order
     holes_marked: bool
 
 
@@ -80,7 +79,8 @@ def read_heights(path: Path, surface: MeasuredMap) -> Heights:
         return Heights(**cut(path, surface))
     remedy = "save the heights as .npy, of which only the crop is read"
     answer = read_apart(f"{__name__}:cut", path, surface, remedy=remedy)
-    return Heights(**answer | {"size": tuple(answer["size"]), "cell": tuple(answer["cell"])})
+    pairs = {name: tuple(answer[name]) for name in ("size", "cell", "treatment")}
+    return Heights(**answer | pairs)
 
 
 def cut(path: Path, surface: MeasuredMap) -> dict[str, Any]:
@@ -124,7 +124,7 @@ def cut(path: Path, surface: MeasuredMap) -> dict[str, Any]:
         "heights": heights,
         "size": (file.size[0] * (nx / shape[0]), file.size[1] * (ny / shape[1])),
         "cell": (file.size[0] / shape[0], file.size[1] / shape[1]),
-        "note": file.note,
+        "treatment": (file.note,),
         "holes_marked": file.holes_marked,
     }
 

@@ -71,7 +71,6 @@ def test_first_index_is_x_and_up_is_towards_the_half_space(store, rough):
     assert spacing(surface) == pytest.approx((0.25e-6, 2e-6 / 9), rel=1e-15)
     assert surface.heights.flags.c_contiguous
     assert not surface.heights.flags.writeable
-    assert not surface.periodic
     assert not any("undefined" in step for step in surface.treatment)
     columns = plain(store(np.asfortranarray(rough)), detrend="none", size=5e-6)
     assert np.array_equal(columns.heights, rough / 1e9)
@@ -207,7 +206,6 @@ def test_interpolation_invents_no_peak(tmp_path_factory, seed, share):
 def test_a_periodic_map_has_no_trend_but_its_mean(store, rough):
     """The plane that fits a window is not that of the rolled window: the surface has none."""
     surface = plain(store(rough), periodic=True)
-    assert surface.periodic
     assert "mean subtracted" in surface.treatment
     np.testing.assert_allclose(surface.heights * 1e9, rough - rough.mean(), atol=1e-14)
     level = plain(store(rough), periodic=True, detrend="none")
