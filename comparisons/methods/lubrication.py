@@ -7,7 +7,6 @@ fit, each where it is meant to hold.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -17,7 +16,6 @@ from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.methods.friction import normal_load
 from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.scene.loading import loads_of
-from comparisons.scene.physics.tables.lubrication import Lubrication
 from comparisons.scene.scene import Scene
 from comparisons.tasks.shown_loads import grid_pressure
 from comparisons.tasks.steps import Step
@@ -45,28 +43,22 @@ from reference.lubrication.point import (
 PHYSICS = frozenset({"lubrication"})
 
 
-@dataclass(frozen=True)
-class LubricatedBall:
-    """The ball and the oil of a scene."""
+class FilmSolver(Solver[IndenterGeometry]):
+    """The ball and the oil of a scene, whatever solves the film: what all methods share."""
 
-    table: Lubrication
-    radius: float
-    squeeze_speed: float | None
+    physics = PHYSICS
 
-    @classmethod
-    def of(cls, scene: Scene) -> LubricatedBall:
-        """Return those of a scene."""
-        table = needed(scene.lubrication, "no [lubrication]")
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.table = needed(scene.lubrication, "no [lubrication]")
         reason = "films below round paraboloids only"
         indenter = needed(scene.indenter, reason)
         if indenter.shape != "paraboloid":
             raise Refused(reason)
-        ball = cls(table, float(indenter.parameters["radius"]), scene.loading.squeeze_speed)
-        ball.longest(scene)
-        return ball
-
-    def longest(self, scene: Scene) -> float:
-        """Return l = a + c of the thickest film and the widest contact of a scene."""
+        self.radius = float(indenter.parameters["radius"])
+        self.squeeze_speed = scene.loading.squeeze_speed
+        self.modulus = scene.effective_modulus
+        # l = a + c of the thickest film and the widest contact
         loads, lengths = loads_of(scene), []
         for value in (loads.values[0], loads.values[-1]):
             if self.squeeze_speed is None:
@@ -76,18 +68,17 @@ class LubricatedBall:
                 load, speed, rigid_film = float(value), self.squeeze_speed, squeezed_film
             film = rigid_film(self.radius, self.table.viscosity, speed, load)
             try:
-                lengths.append(contact_length(self.radius, scene.effective_modulus, load, film))
+                lengths.append(contact_length(self.radius, self.modulus, load, film))
             except ValueError as error:
                 raise Refused(str(error)) from error
-        return max(lengths)
-
-    @property
-    def waves(self) -> SurfaceWaves | None:
-        """What makes the ball rough."""
+        self.longest = max(lengths)
+        # what makes the ball rough
         wavy, rough = self.table.waviness, self.table.roughness
+        self.waves: SurfaceWaves | None = None
         if wavy is not None:
-            return waviness(wavy.amplitude, wavy.wavelength, wavy.crests)
-        return None if rough is None else self_affine(**rough.model_dump())
+            self.waves = waviness(wavy.amplitude, wavy.wavelength, wavy.crests)
+        elif rough is not None:
+            self.waves = self_affine(**rough.model_dump())
 
     def step(self, task: Task, value: float) -> tuple[float, float]:
         """Return load and speed of a step."""
@@ -117,16 +108,14 @@ WIDTHS = {
 }
 
 
-class ReducedFilm(Solver[IndenterGeometry]):
+class ReducedFilm(FilmSolver):
     """Reynolds' equation along the line, with mass-conserving cavitation, over springs."""
 
     name = "reduced"
-    physics = PHYSICS
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        self.contact = LubricatedBall.of(scene)
-        if self.contact.table.meniscus is not None:
+        if self.table.meniscus is not None:
             raise Refused("the line is flooded")
         self.film = scene.methods.reduced.film
         self.note = f"the width of the film on a line is free; here {WIDTHS[self.film]}"
@@ -136,38 +125,31 @@ class ReducedFilm(Solver[IndenterGeometry]):
         return 64, 128, 256
 
     def steps(self, task: Task, values: np.ndarray) -> Iterator[Step]:
-        solve = line_film.entrain if self.contact.squeeze_speed is None else line_film.approach
-        section, waves = None, self.contact.waves
+        solve = line_film.entrain if self.squeeze_speed is None else line_film.approach
+        section, waves = None, self.waves
         if waves is not None:  # the section y = 0 of a rough ball
             section = lambda x: waves.at(x[:, None], np.zeros((1, 1)))[:, 0]  # noqa: E731
         for value in values:
-            load, speed = self.contact.step(task, float(value))
-            viscosity, modulus = self.contact.table.viscosity, self.scene.effective_modulus
-            ball = line_film.Ball(self.contact.radius, modulus, viscosity, load, self.film, section)
-            film = solve(ball, speed, task.resolution)
-            yield Step(
-                self.contact.quantities(film), violation=film.error, unknowns=film.x.size + 1
-            )
+            load, speed = self.step(task, float(value))
+            given = self.radius, self.modulus, self.table.viscosity, load
+            film = solve(line_film.Ball(*given, self.film, section), speed, task.resolution)
+            yield Step(self.quantities(film), violation=film.error, unknowns=film.x.size + 1)
 
 
 # Cells per l: 2 GB of factors.
 _MOST = 128
 
 
-class GridFilm(Solver[IndenterGeometry]):
+class GridFilm(FilmSolver):
     """Newton's method on pressure, vapour and the separation, all at once."""
 
     name = "bem_fft"
-    physics = PHYSICS
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        self.contact = LubricatedBall.of(scene)
-        waves = self.contact.waves
         self.per_wave = 0
-        if waves is not None:
-            waves_of_length = self.contact.longest(scene) / waves.shortest
-            self.per_wave = int(np.ceil(FEWEST_PER_WAVE * waves_of_length))
+        if self.waves is not None:
+            self.per_wave = int(np.ceil(FEWEST_PER_WAVE * self.longest / self.waves.shortest))
         if 2 * self.per_wave > _MOST:
             raise Refused(
                 f"waves so short need {2 * self.per_wave} cells, and {_MOST} are the most"
@@ -196,17 +178,14 @@ class GridFilm(Solver[IndenterGeometry]):
         entrain(Ball(0.01, 1e6, 1.0, 0.2), 1e-2, 8)
 
     def steps(self, task: Task, values: np.ndarray) -> Iterator[Step]:
-        table, modulus = self.contact.table, self.scene.effective_modulus
-        meniscus = np.inf if table.meniscus is None else table.meniscus
-        solve = entrain if self.contact.squeeze_speed is None else approach
+        meniscus = np.inf if self.table.meniscus is None else self.table.meniscus
+        solve = entrain if self.squeeze_speed is None else approach
         for value in values:
-            load, speed = self.contact.step(task, float(value))
-            ball = Ball(
-                self.contact.radius, modulus, table.viscosity, load, meniscus, self.contact.waves
-            )
+            load, speed = self.step(task, float(value))
+            ball = Ball(self.radius, self.modulus, self.table.viscosity, load, meniscus, self.waves)
             film = solve(ball, speed, task.resolution)
             yield Step(
-                self.contact.quantities(film),
+                self.quantities(film),
                 iterations=film.rounds,
                 violation=film.error,
                 unknowns=film.pressure.size + 1,
@@ -227,22 +206,19 @@ def _fields(film: PointFilm) -> dict[str, np.ndarray]:
     }
 
 
-class Formula(Solver[IndenterGeometry]):
+class Formula(FilmSolver):
     """A formula for the film of a ball."""
-
-    physics = PHYSICS
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        self.contact = LubricatedBall.of(scene)
-        if self.contact.table.meniscus is not None:
+        if self.table.meniscus is not None:
             raise Refused("the formula is for a flooded inlet")
-        if self.contact.table.rough:
+        if self.table.rough:
             raise Refused("the formula is for smooth balls")
 
     def steps(self, task: Task, values: np.ndarray) -> Iterator[Step]:
         for value in values:
-            load, speed = self.contact.step(task, float(value))
+            load, speed = self.step(task, float(value))
             force = {"lubrication_force": load, "force": load}
             yield Step(self.films(load, speed) | force, unknowns=1)
 
@@ -258,18 +234,18 @@ class ClosedFormFilm(Formula):
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        speed = self.contact.squeeze_speed
+        speed = self.squeeze_speed
         if speed is None:
             raise Refused("no closed form of an entrained film that conserves mass")
         load = float(loads_of(scene).values[-1])
-        film = squeezed_film(self.contact.radius, self.contact.table.viscosity, speed, load)
+        film = squeezed_film(self.radius, self.table.viscosity, speed, load)
         # the load over a reach sqrt(2 R h) bends the half-space by F/(pi E* r)
-        bent = load / (np.pi * scene.effective_modulus * np.sqrt(2 * self.contact.radius * film))
+        bent = load / (np.pi * self.modulus * np.sqrt(2 * self.radius * film))
         if bent > 0.1 * scene.compare.tolerance * film:
             raise Refused("the film bends the half-space, and the formula is of rigid bodies")
 
     def films(self, load: float, speed: float) -> dict[str, float]:
-        film = squeezed_film(self.contact.radius, self.contact.table.viscosity, speed, load)
+        film = squeezed_film(self.radius, self.table.viscosity, speed, load)
         return {"film_central": film, "film_minimum": film}
 
 
@@ -280,7 +256,7 @@ class HamrockDowson(Formula):
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        if self.contact.squeeze_speed is not None:
+        if self.squeeze_speed is not None:
             raise Refused("a fit of entrained films")
         loads = loads_of(scene)
         assert loads.normal is not None
@@ -292,8 +268,7 @@ class HamrockDowson(Formula):
             )
 
     def _fit(self, load: float) -> SoftFit:
-        modulus, contact = self.scene.effective_modulus, self.contact
-        return SoftFit(contact.radius, modulus, contact.table.viscosity, load)
+        return SoftFit(self.radius, self.modulus, self.table.viscosity, load)
 
     def films(self, load: float, speed: float) -> dict[str, float]:
         fit = self._fit(load)
