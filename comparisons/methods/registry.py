@@ -8,7 +8,7 @@ adds its solvers. One that is named after a table of physics is imported for sce
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, Protocol
+from typing import Any
 
 import comparisons.methods as package
 from comparisons.discovery import classes_in, files_of
@@ -20,25 +20,7 @@ from comparisons.scene.physics.tables import TABLES
 from comparisons.scene.scene import Scene
 from comparisons.tasks.task import Task
 
-
-class Maker(Protocol):
-    """What makes the solver of a scene: a subclass of `Solver`, or what stands for one."""
-
-    name: str
-    physics: frozenset[str]
-    named_only: bool
-
-    def takes(self, scene: Scene) -> bool:
-        """Whether it is the one for such scenes, among those of its method and physics."""
-
-    def __call__(self, scene: Scene) -> Solver[Any]:
-        """Return the solver, or raise `Refused`."""
-
-    def planned(self, scene: Scene) -> Solver[Any]:
-        """Return the solver of a scene that was not refused."""
-
-
-SOLVERS: dict[str, tuple[Maker, ...]] = dict.fromkeys(METHODS, ())
+SOLVERS: dict[str, tuple[type[Solver[Any]], ...]] = dict.fromkeys(METHODS, ())
 _loaded: set[str] = set()
 
 
@@ -58,10 +40,10 @@ def load(tables: Iterable[str] = TABLES) -> None:
     _loaded.update(wanted)
 
 
-def add(maker: Maker, facts: Method) -> None:
+def add(solver: type[Solver[Any]], facts: Method) -> None:
     """Make a method from outside known by its name, in place of one of the same name."""
-    SOLVERS[maker.name] = (maker,)
-    METHODS[maker.name] = facts
+    SOLVERS[solver.name] = (solver,)
+    METHODS[solver.name] = facts
 
 
 def add_class(solver: type[Solver[Any]]) -> str:
@@ -131,7 +113,7 @@ def solver_of(task: Task) -> Solver[Any]:
     return _maker(task.method, task.scene).planned(task.scene)
 
 
-def _maker(name: str, scene: Scene) -> Maker:
+def _maker(name: str, scene: Scene) -> type[Solver[Any]]:
     tables = set(scene.physics)
     if not SOLVERS[name]:  # for physics that the scene has not
         load()

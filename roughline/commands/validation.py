@@ -282,8 +282,8 @@ def bench(benchmark: str | None = None, *, json: Path | None = None) -> int:
     names = list(BENCHMARKS) if benchmark is None else [benchmark]
     timings = {name: BENCHMARKS[name]() for name in names}
     console = Terminal()
-    for name, rows in timings.items():
-        console.print(drawn(measured(name, rows)))
+    for name, taken in timings.items():
+        console.print(drawn(measured(name, taken)))
     console.print(f"one thread; {machine_text(machine(1))}\nvector units: {vector_features()}")
     if json is not None:
         rows = [measurement.row() for rows in timings.values() for measurement in rows]

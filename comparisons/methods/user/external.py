@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -62,49 +62,39 @@ class Origin:
     physics: tuple[str, ...] = ()
 
 
-class UserMethod:
-    """Stands for a method from outside: makes solvers that ask it in a process of its own."""
+class UserSolver(Solver[Geometry]):
+    """What a method from outside would do with a scene, asked in a process of its own, and checked.
 
-    def __init__(self, origin: Origin) -> None:
-        self.origin = origin
-        self.name, self.physics = origin.name, frozenset(origin.physics)
-        self.named_only = False
-        self._stuck = 0
-        self._plans: dict[str, dict[str, Any]] = {}
+    A subclass is one method.
+    """
 
-    @property
-    def facts(self) -> Method:
-        """What is known of it without asking it."""
-        origin = self.origin
-        return Method(
-            origin.title, origin.dimension, origin="outside", isolated=True, identity=origin.digest
-        )
+    span = math.inf  # cut in the method's own process, where the next load costs no start
+    origin: ClassVar[Origin]
+    _stuck: ClassVar[int]
+    _plans: ClassVar[dict[str, dict[str, Any]]]
 
-    def takes(self, scene: Scene) -> bool:
-        """Whatever it does not refuse when asked."""
-        return True
-
-    def __call__(self, scene: Scene) -> UserSolver:
-        """Ask it for its plan of a scene, and return its solver."""
+    def __init__(self, scene: Scene) -> None:
         plan = self.plan(scene)
         if not plan["ok"]:
             # Of an installed package that nobody asked for it is a refusal.
             from_file = self.origin.source.startswith("file:")
             raise Refused(plan["reason"], broken=from_file and plan.get("broken", False))
-        solver = UserSolver(scene, self)
-        solver.note = plan["reason"]
+        super().__init__(scene)
+        self.note = plan["reason"]
+
+    @classmethod
+    def planned(cls, scene: Scene) -> UserSolver:
+        solver = cls.__new__(cls)
+        Solver.__init__(solver, scene)
         return solver
 
-    def planned(self, scene: Scene) -> UserSolver:
-        """Return its solver of a scene that it did not refuse: it is not asked again."""
-        return UserSolver(scene, self)
-
-    def plan(self, scene: Scene) -> dict[str, Any]:
+    @classmethod
+    def plan(cls, scene: Scene) -> dict[str, Any]:
         """Ask the method; one that hangs, raises or answers nonsense does not do the scene."""
         key = f"{scene.directory}\n{scene.text}"
-        if key not in self._plans:
-            seconds = min(PLAN_SECONDS, self.origin.seconds)
-            outcome = self.ask("plan", scene, seconds=seconds)
+        if key not in cls._plans:
+            seconds = min(PLAN_SECONDS, cls.origin.seconds)
+            outcome = cls.ask("plan", scene, seconds=seconds)
             answer = outcome.answer if outcome.ok else {}
             levels = answer.get("resolutions")
             if not outcome.ok:
@@ -121,48 +111,39 @@ class UserMethod:
                 plan = {"ok": True, "resolutions": levels, **texts}
             else:
                 plan = _broken(f"malformed answer: resolutions are {_text(levels)}")
-            self._plans[key] = plan
-        return self._plans[key]
+            cls._plans[key] = plan
+        return cls._plans[key]
 
-    def ask(self, question: str, *arguments: Any, seconds: float) -> parent.Outcome:
+    @classmethod
+    def ask(cls, question: str, *arguments: Any, seconds: float) -> parent.Outcome:
         """Put a question to the method, in a process of its own."""
-        if self._stuck >= MOST_STUCK:
+        if cls._stuck >= MOST_STUCK:
             reason = f"not asked again: {MOST_STUCK} times in a row it hung or ran out of memory"
             return parent.Outcome("raised", reason=reason)
         outcome = parent.run(
             f"{WORK}:{question}",
-            self.origin.source,
-            self.origin.name,
+            cls.origin.source,
+            cls.origin.name,
             *arguments,
             seconds=seconds,
-            memory=self.origin.memory,
+            memory=cls.origin.memory,
             finite=False,
-            reuse=f"{self.origin.source} {self.origin.digest}",
+            reuse=f"{cls.origin.source} {cls.origin.digest}",
         )
         stuck = outcome.ended in (parent.HUNG, parent.OUT_OF_MEMORY)
-        self._stuck = self._stuck + 1 if stuck else 0
+        cls._stuck = cls._stuck + 1 if stuck else 0
         return outcome
 
-
-class UserSolver(Solver[Geometry]):
-    """What a method from outside would do with a scene, and its checked answers."""
-
-    span = math.inf  # cut in the method's own process, where the next load costs no start
-
-    def __init__(self, scene: Scene, method: UserMethod) -> None:
-        super().__init__(scene)
-        self._method = method
-
     def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
-        return tuple(self._method.plan(self.scene)["resolutions"])
+        return tuple(self.plan(self.scene)["resolutions"])
 
     def model(self, geometry: Geometry) -> str:
-        text: str = self._method.plan(self.scene)["model"]
+        text: str = self.plan(self.scene)["model"]
         return text
 
     def solve(self, task: Task) -> Solution:
         """Solve in the method's own process, and check what comes back."""
-        outcome = self._method.ask("solve", task, seconds=self._method.origin.seconds)
+        outcome = self.ask("solve", task, seconds=self.origin.seconds)
         if not outcome.ok:
             return Solution.lost(task, _failure(outcome))
         try:
@@ -276,13 +257,13 @@ def digests() -> dict[str, str]:
 def add_announced() -> None:
     """Register the methods that this process was started with."""
     for origin in _announced_origins():
-        _register(origin)
+        register(origin)
 
 
-def user_methods() -> list[UserMethod]:
+def user_methods() -> list[type[UserSolver]]:
     """Return the registered methods of files and packages."""
     makers = (maker for makers in registry.SOLVERS.values() for maker in makers)
-    return [maker for maker in makers if isinstance(maker, UserMethod)]
+    return [maker for maker in makers if issubclass(maker, UserSolver)]
 
 
 def brought() -> list[str]:
@@ -298,9 +279,17 @@ def _announced_origins() -> list[Origin]:
         return []
 
 
-def _register(origin: Origin) -> None:
-    method = UserMethod(origin)
-    registry.add(method, method.facts)
+def user_method(origin: Origin) -> type[UserSolver]:
+    """Return the solver of a method from outside."""
+    names = {"name": origin.name, "physics": frozenset(origin.physics)}
+    return type(origin.name, (UserSolver,), {**names, "origin": origin, "_stuck": 0, "_plans": {}})
+
+
+def register(origin: Origin) -> None:
+    """Make a method from outside known, and what is known of it without asking it."""
+    named = origin.title, origin.dimension
+    facts = Method(*named, origin="outside", isolated=True, identity=origin.digest)
+    registry.add(user_method(origin), facts)
 
 
 def _add(source: str, limits: Limits, problems: list[str]) -> None:
@@ -352,7 +341,7 @@ def _add(source: str, limits: Limits, problems: list[str]) -> None:
         if sources.get(origin.name, source) != source:
             problems.append(f"{label}: another method is called {origin.name!r} already")
             continue
-        _register(origin)
+        register(origin)
     os.environ[VARIABLE] = json.dumps([asdict(method.origin) for method in user_methods()])
 
 

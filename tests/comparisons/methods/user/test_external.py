@@ -21,9 +21,10 @@ from comparisons.methods import method, registry
 from comparisons.methods.user import external
 from comparisons.methods.user.external import (
     Origin,
-    UserMethod,
     add_announced,
     add_methods,
+    register,
+    user_method,
     user_methods,
 )
 from comparisons.questions.claims.claim import about_method, load_claims
@@ -201,7 +202,7 @@ def test_a_method_that_always_hangs_is_asked_a_few_times_only(monkeypatch):
         return parent.Outcome("hung", reason="no answer within 1 s")
 
     monkeypatch.setattr(parent, "run", hang)
-    method = UserMethod(Origin("file:x", "slow", "slow", 3, "", 1.0, 1e9))
+    method = user_method(Origin("file:x", "slow", "slow", 3, "", 1.0, 1e9))
     scenes = [
         load_scene(name) for name in ("paraboloid", "cone", "sphere", "cylinder", "ellipsoid-2")
     ]
@@ -213,8 +214,7 @@ def test_a_method_that_always_hangs_is_asked_a_few_times_only(monkeypatch):
 
 @pytest.fixture
 def task():
-    made = UserMethod(Origin("file:x", "other", "other", 3, "", 1.0, 1e9))
-    registry.add(made, made.facts)
+    register(Origin("file:x", "other", "other", 3, "", 1.0, 1e9))
     plan = plan_scene(load_scene("paraboloid", {"compare.methods": ["reduced"]}))[0]
     return task_of(plan, "other", 10)
 
@@ -340,7 +340,7 @@ def test_reasons_are_short_printable_and_about_steps_that_exist(answered):
 def test_resolutions_are_a_few_whole_numbers(monkeypatch, levels):
     answer = parent.Outcome("answered", answer={"ok": True, "resolutions": levels})
     monkeypatch.setattr(parent, "run", lambda *a, **k: answer)
-    method = UserMethod(Origin("file:x", "odd", "odd", 3, "", 1.0, 1e9))
+    method = user_method(Origin("file:x", "odd", "odd", 3, "", 1.0, 1e9))
     plan = method.plan(load_scene("paraboloid"))
     assert not plan["ok"]
     assert "resolutions" in plan["reason"]
@@ -599,8 +599,7 @@ def test_a_method_that_breaks_while_it_plans_is_an_error_not_a_refusal(monkeypat
     monkeypatch.setattr(parent, "run", lambda work, source, name, *a, **k: outcomes[name])
     for source in ("file:x", "entry:x"):
         for name in outcomes:
-            made = UserMethod(Origin(source, name, name, 3, "", 1.0, 1e9))
-            registry.add(made, made.facts)
+            register(Origin(source, name, name, 3, "", 1.0, 1e9))
         scene = load_scene("paraboloid", {"compare.methods": ["closed_form", *outcomes]})
         if source == "file:x":
             with pytest.raises(InputError) as caught:
