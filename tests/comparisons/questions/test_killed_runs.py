@@ -1,6 +1,5 @@
 """SIGKILL at any moment: what is finished is kept, nothing torn is read, nothing differs."""
 
-import importlib.util
 import subprocess
 import sys
 from pathlib import Path
@@ -15,15 +14,6 @@ from comparisons.results.store import STUDY, load_study
 from comparisons.solving.planning import plan_scene
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "docs" / "examples"
-
-
-def example(name, monkeypatch):
-    monkeypatch.setenv("PYTHONPATH", str(EXAMPLES.parents[1]))
-    spec = importlib.util.spec_from_file_location(name, EXAMPLES / f"{name}.py")
-    script = importlib.util.module_from_spec(spec)
-    monkeypatch.setitem(sys.modules, name, script)
-    spec.loader.exec_module(script)
-    return script
 
 
 @pytest.mark.slow
@@ -110,17 +100,3 @@ def test_one_process_writes_a_folder_and_a_killed_one_lets_go(scene, tmp_path, m
     assert [path.name for path in out.iterdir()] == [LOCK]
     Study(plans, out).run()
     assert not (out / LOCK).exists()
-
-
-@pytest.mark.slow
-def test_an_ensemble_killed_at_random_moments_has_the_digits_of_an_undisturbed_one(
-    tmp_path, monkeypatch
-):
-    """Six kills of the twelve of docs/cluster.md, of small surfaces."""
-    pytest.importorskip("pyarrow")
-    script = example("ensembles", monkeypatch)
-    monkeypatch.setattr(script.ensemble, "TASK_SECONDS", script.ensemble.TASK_SECONDS)
-    left, identical = script.kill(tmp_path, 150, 6, points=16, task=0.1)
-    assert identical
-    kept = [state.surfaces for state in left]
-    assert kept == sorted(kept)

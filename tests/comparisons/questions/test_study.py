@@ -1,6 +1,5 @@
 """Studies: what is done is kept, resumed without doing it again, and the same with workers."""
 
-import json
 import time
 from contextlib import nullcontext
 from dataclasses import replace
@@ -323,16 +322,6 @@ def test_a_lost_load_is_told_with_the_reason_of_the_same_surface(rough, tmp_path
     assert [reason for _, reason in study.lost()] == [told]
 
 
-def test_an_interrupt_before_the_first_solve_leaves_a_readable_folder(ball, tmp_path, monkeypatch):
-    interrupt_after(monkeypatch, 0)
-    study = Study(ball, tmp_path / "out")
-    with pytest.raises(KeyboardInterrupt):
-        study.run()
-    assert load_study(tmp_path / "out").interrupted
-    assert len(study.lost()) == 5
-    assert all(reason == "not done" for _, reason in study.lost())
-
-
 def test_an_interrupted_block_of_realisations_is_not_half_a_mean(rough, tmp_path, monkeypatch):
     """Two blocks of 25; with one of them, no mean of the ensemble is shown."""
     many = rough(realisations=30, compare={"methods": ["bem_fft"], "resolutions": [16]})
@@ -429,18 +418,3 @@ def test_without_any_truth_the_rows_are_there_and_the_answer_says_so(scene, tmp_
     assert record.scenes[0].reference == NO_REFERENCE
     assert "so no reference is available" in record.scenes[0].answer
     assert load_study(tmp_path / "out").scenes[0].reference == NO_REFERENCE
-
-
-@pytest.mark.slow
-def test_two_workers_find_the_same_numbers(scene, rough, tmp_path, run_apart):
-    compared = {"methods": ["reduced", "bem_fft"], "resolutions": [16, 32]}
-    plans = [
-        *plan_scene(scene(compare=compared)),
-        *plan_scene(rough("rough", realisations=3, compare=compared)),
-    ]
-    run_apart(Study(plans, tmp_path / "one"))
-    Study(plans, tmp_path / "two", workers=2).run()  # in processes of its own
-    pd.testing.assert_frame_equal(results(tmp_path / "two"), results(tmp_path / "one"))
-    for directory in ("one", "two"):
-        document = json.loads((tmp_path / directory / STUDY).read_text())
-        assert [part["name"] for part in document["scenes"]] == ["test", "rough"]
