@@ -252,10 +252,3 @@ def test_nothing_acts_across_a_gap():
     contact = adhere(Springs(sphere(1.0), 1.0), W, LoadPath("penetration", [-0.2, -0.01]))
     assert not contact.force.any()
     assert contact.events == ()
-
-
-def test_faults_are_listed():
-    with pytest.raises(ValueError, match=r"work must be .*; control must be .*; edges must be"):
-        adhere(Springs(cone(1.0), 1.0, edges="nodal"), 0.0, LoadPath("mean_gap", [1.0]))
-    with pytest.raises(ValueError, match="sharper than the root"):
-        pull_off(Springs(power_law(0.4, 1.0), 1.0), W)

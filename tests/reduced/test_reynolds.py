@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from reduced.errors import ConvergenceError
 from reduced.film import RULES, Ball, approach, entrain
 
 
@@ -31,14 +30,6 @@ def test_a_small_ball_is_squeezed_like_a_large_one(load):
     assert film.film_central == pytest.approx(exact, rel=2e-3)
 
 
-@pytest.mark.parametrize("solve", [entrain, approach])
-@pytest.mark.parametrize("resolution", [0, 1, 3])
-def test_too_few_cells_are_refused(solve, resolution):
-    """Steps of the load shrink with the cells: on one there would be no next step."""
-    with pytest.raises(ValueError, match="resolution must be an integer >= 4"):
-        solve(Ball(0.01, 1e6, 1.0, 0.2), 1e-2, resolution)
-
-
 def test_a_rigid_ball_is_entrained_by_the_line_as_by_its_cylinder():
     """B = 5.33 sqrt(R h0) of half-Sommerfeld; W = 4.895 eta U (R/2)/h0 B fixes h0 of the line."""
     film = entrain(Ball(0.01, 1e16, 1e-3, 0.1, "rigid"), 1.0, 64)
@@ -59,12 +50,3 @@ def test_the_film_carries_the_load_and_thins_with_the_speed(rule):
         assert not (film.pressure * film.vapour).any()
         assert film.x[film.vapour > 0].min() > 0
     assert films[1].film_central < films[0].film_central
-
-
-def test_too_thin_films_are_told():
-    """No NaN, but a reason and the history of errors."""
-    with pytest.raises(ConvergenceError, match="too thin") as caught:
-        entrain(Ball(0.01, 1e6, 1.0, 0.2), 1e-9, 8)
-    assert caught.value.history
-    with pytest.raises(ValueError, match=r"viscosity .*rule"):
-        Ball(0.01, 1e6, 0.0, 0.2, "wide")

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from reduced.errors import ConvergenceError
 from reduced.loads import Load, LoadPath
 from reduced.plasticity import Yielding, YieldingSprings, ZunkerKamrin, first_yield, walk
 from reduced.profiles.equivalents import cone, paraboloid
@@ -125,17 +124,6 @@ def test_without_a_force_virgin_springs_are_just_touched(reading):
     assert line.penetration[1] > 0
 
 
-def test_what_no_spring_can_do_is_refused():
-    with pytest.raises(ValueError, match="curved everywhere"):
-        YieldingSprings(cone(0.1), 1.0, 1e-3, "stress", reach=1e-3, springs=10)
-    with pytest.raises(ValueError, match="hardness") as caught:
-        YieldingSprings(paraboloid(1.0), -1.0, 0.0, "hard", reach=np.nan, springs=10)
-    for word in ("effective_modulus", "reach", "reading"):
-        assert word in str(caught.value)
-    with pytest.raises(ValueError, match="nothing holds"):
-        ball("stress", YIELD).walk(LoadPath("force", [1e-9, -1e-9]))
-
-
 POINTS = 512
 _X = 2 * np.pi * np.arange(POINTS) / POINTS
 ROUGH = RoughLines(
@@ -209,13 +197,3 @@ def test_forces_and_penetrations_are_one_curve(reading, rule):
     by_force = led(springs, 0.5, 2.0, line=ROUGH[0])
     by_depth = led(springs, *by_force.contact.penetration[0], control="penetration", line=ROUGH[0])
     assert_allclose(by_depth.contact.force[0], [0.5, 2.0], rtol=1e-9)
-
-
-def test_what_cannot_be_is_refused():
-    with pytest.raises(ConvergenceError, match="never carry"):
-        led(Yielding(1.0, SOFT), 1e9)
-    with pytest.raises(ValueError, match="nothing holds"):
-        led(Yielding(1.0, SOFT), -1.0)
-    with pytest.raises(ValueError, match="hardness") as caught:
-        Yielding(1.0, -1.0, "elastic_root", "one_radius")
-    assert "'stress' only" in str(caught.value)

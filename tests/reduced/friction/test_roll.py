@@ -83,10 +83,3 @@ def test_rough_roller_approaches_the_smooth_one():
     assert_allclose(tractions[0], line.tangential_force, rtol=0.02)
     assert abs(tractions[1] / line.tangential_force[0] - 1) > 0.01
     assert rolled.scatter > 0
-
-
-def test_roll_refuses_what_is_wrong():
-    with pytest.raises(ValueError, match="finite"):
-        roll(parabola(), FRICTION, Load("force", 1.0), np.inf)
-    with pytest.raises(ValueError, match=r"spacing.*force.*creep.*gap and roughness"):
-        roll_rough(np.zeros(5), np.zeros(3), -1.0, 1.0, FRICTION, 0.0, np.nan)

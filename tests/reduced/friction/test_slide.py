@@ -191,21 +191,3 @@ def test_units_change_no_digit(exponent):
         for s in (1.0, unit)
     )
     assert np.array_equal(other.tangential_force, one.tangential_force * unit * unit)
-
-
-def test_arguments_are_refused_together():
-    with pytest.raises(ValueError, match=r"tangential_modulus.*coefficient"):
-        Friction(-1, np.nan)
-    with pytest.raises(ValueError, match="full sliding"):
-        pulled(Springs(paraboloid(1.0), E), force=1.0, tangential_force=[0.41])
-    springs, friction = Springs(paraboloid(1.0), E), Friction(G, MU)
-    with pytest.raises(ValueError, match="'tangential_displacement', 'tangential_force', got 'f"):
-        slide(springs, friction, Load("force", 1.0), LoadPath("force", 1.0))
-    with pytest.raises(ValueError, match="force must be one value"):
-        slide(springs, friction, Load("force", [1.0, 2.0]), LoadPath("tangential_force", 0.1))
-    with pytest.raises(ValueError, match=r"spacing.*gap"):
-        follow(np.zeros(1), 0.0, E, friction, [1], [1])
-    with pytest.raises(ValueError, match="one length"):
-        follow(np.zeros(2), 1.0, E, friction, [1], [1, 2])
-    with pytest.raises(ValueError, match="poisson_ratio"):
-        tangential_modulus(1.0, 0.6)

@@ -266,16 +266,3 @@ def test_nodal_springs_are_the_printed_sum():
         indentation.force, total * SOLID.relaxation([0.0, 1.0]), rtol=ROUNDING
     )
     np.testing.assert_allclose(indentation.contact_radius, dx * inside.size)
-
-
-def test_bad_histories_are_refused_with_every_fault():
-    with pytest.raises(ValueError, match="dashpot"):
-        pressed(RelaxingSprings(BALL, kelvin_voigt(1.0, 1.0)), [0.0, 1.0], [0.1, 0.1])
-    with pytest.raises(ValueError, match=r"time must.*force must"):
-        loaded(RelaxingSprings(BALL, SOLID), [1.0, 0.0], [1.0, -1.0])
-    with pytest.raises(ValueError, match=r"poisson_ratio.*spacing.*per_radius.*edges"):
-        RelaxingSprings(BALL, SOLID, 0.6, edges="x", per_radius=0, spacing=-1.0)
-    with pytest.raises(ValueError, match="one of 'penetration', 'force', got 'speed'"):
-        indent_in_time(RelaxingSprings(BALL, SOLID), [0.0], LoadPath("speed", [1.0]))
-    with pytest.raises(ValueError, match="poisson_ratio"):
-        harmonic_stiffness(SOLID, 1.0, 1.0, poisson_ratio=0.6)

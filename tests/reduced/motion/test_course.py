@@ -8,7 +8,6 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.special import beta
 
-from reduced.errors import ConvergenceError
 from reduced.motion.course import SCHEMES, Mass, Push, Stepping, move
 from reduced.motion.elastic_impact import SpringContact, impact_depth, strike
 from reduced.profiles.equivalents import (
@@ -161,21 +160,3 @@ def test_a_ramp_of_force_moves_a_linear_spring_as_the_closed_form_says(scheme):
     np.testing.assert_allclose(run.at(late)[0], expected, atol=1e-4)
     with pytest.raises(ValueError, match="times must lie"):
         run.at(11.0)
-
-
-def test_what_cannot_be_done_is_said():
-    with pytest.raises(ValueError, match=r"mass must be.*velocity must be"):
-        strike(Springs(paraboloid(1.0), 1.0), -1.0, [1.0, 0.5])
-    ball = SpringContact(Springs(paraboloid(1.0), 1.0), 0.1)
-    with pytest.raises(ValueError, match=r"mass must be.*damping must be finite and >= 0"):
-        Mass(0.0, damping=-1.0)
-    with pytest.raises(ValueError, match=r"step must be.*multiple of stride = 2"):
-        Stepping(0.0, 3, stride=2)
-    with pytest.raises(ValueError, match="scheme must be one of"):
-        moved(ball, Mass(1.0), 0.1, 1, scheme="euler")
-    with pytest.raises(ValueError, match="history must be increasing"):
-        Push(history=([1.0, 0.0], [1.0, 1.0]))
-    with pytest.raises(ValueError, match="sub_cell"):
-        moved(SpringContact(Springs(paraboloid(1.0), 1.0, edges="nodal"), 0.1), Mass(1.0), 0.1, 1)
-    with pytest.raises(ConvergenceError, match="did not leave"):
-        moved(ball, Mass(1.0, velocity=0.1), 0.1, 1).release()

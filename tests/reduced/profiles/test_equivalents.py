@@ -132,22 +132,6 @@ def test_tables_converge_to_the_shape(interpolation, rate):
     assert -np.polyfit(np.log(sizes), np.log(errors), 1)[0] > rate
 
 
-@pytest.mark.parametrize(
-    ("r", "f", "interpolation", "words"),
-    [
-        ([0, 1, 2], [0, 1, 0.9], "pchip", "hollow"),
-        ([0, 1, 2], [0, 1, 1.1], "linear", "ring"),
-        ([0, 1, 1], [0, 1, 2], "pchip", "strictly"),
-        ([0.1, 1, 2], [0, 1, 2], "cubic", "interpolation.*start at r = 0"),
-        ([0, 1, np.nan], [0, 1, 2], "pchip", "finite"),
-        ([0, 1], [0, 1, 2], "pchip", "equal length"),
-    ],
-)
-def test_tables_that_are_no_compact_bodies_are_refused(r, f, interpolation, words):
-    with pytest.raises(ValueError, match=words):
-        tabulated(r, f, interpolation)
-
-
 def test_unmarked_kinks_are_noticed():
     """A step of f' that is no breakpoint: the quadrature says so instead of returning 3 digits."""
 
@@ -159,10 +143,3 @@ def test_unmarked_kinks_are_noticed():
     assert len(caught.value.history) > 1
     marked = from_function(flank, 1.0, (0.5,)).height(np.array([1.0]))
     assert marked[0] == pytest.approx(0.2 * np.pi / 2 + 0.8 * np.arccos(0.5), rel=QUADRATURE)
-
-
-def test_bad_parameters_are_all_named():
-    with pytest.raises(ValueError, match=r"flat_radius.*-1.*edge_radius.*nan"):
-        rounded_punch(-1.0, np.nan)
-    with pytest.raises(ValueError, match="penetration"):
-        paraboloid(1.0).contact_radius(-1e-9)

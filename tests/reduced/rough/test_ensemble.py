@@ -84,10 +84,3 @@ def test_stiffness_of_long_lines_grows_as_the_load_to_one_over_one_plus_hurst(hu
     expected = 1 / (1 + hurst)
     assert error < 0.02
     assert abs(np.mean(slopes) - expected) < max(5 * error, 0.03 * expected)
-
-
-def test_bad_arguments_are_all_named():
-    with pytest.raises(ValueError, match="realisations"):
-        run(0)
-    with pytest.raises(ValueError, match="quantities"):
-        run(quantities=["colour"])

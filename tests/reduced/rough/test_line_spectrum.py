@@ -255,26 +255,3 @@ def test_default_points_resolve_the_highest_mode():
     assert np.std(line) == pytest.approx(spectrum.rms_height, rel=KEPT)
     with pytest.raises(ValueError, match="points"):
         synthesise(spectrum, 2 * np.count_nonzero(spectrum.power), np.random.default_rng(0))
-
-
-def test_bad_arguments_are_all_named():
-    with pytest.raises(ValueError, match=r"hurst and power.*rms_slope and rms_height.*long"):
-        SelfAffineLaw(long_cutoff=-1.0)
-    with pytest.raises(ValueError, match=r"hurst .*-0.5.*long_cutoff"):
-        SelfAffineLaw(hurst=-0.5, rms_slope=0.1, long_cutoff=np.nan)
-    with pytest.raises(ValueError, match=r"points .*16.5.*size .*0.0"):
-        prescribed((16.5, 16), (1.0, 0.0), SelfAffineLaw(hurst=0.8, rms_slope=0.1))
-    with pytest.raises(ValueError, match="rule must be one of 'rings', 'split', 'printed'"):
-        prescribed(64, 1.0, SelfAffineLaw(hurst=0.8, rms_slope=0.1), rule="sums")
-    with pytest.raises(ValueError, match="one number or two"):
-        prescribed(16, (1.0, 1.0, 1.0), SelfAffineLaw(hurst=0.8, rms_slope=0.1))
-    with pytest.raises(ValueError, match="no mode"):
-        prescribed(64, 1.0, SelfAffineLaw(hurst=0.8, rms_slope=0.1, short_cutoff=2.0))
-    with pytest.raises(ValueError, match=r"size.*2-D"):
-        line_of(measured(np.zeros(4), -1.0))
-    with pytest.raises(ValueError, match="finite"):
-        line_of(measured(np.full((4, 4), np.nan), 1.0))
-    with pytest.raises(ValueError, match="Generator"):
-        synthesise(prescribed(8, 1.0, SelfAffineLaw(hurst=0.8, rms_slope=0.1)), 64)
-    with pytest.raises(ValueError, match="length"):
-        resample(prescribed(8, 1.0, SelfAffineLaw(hurst=0.8, rms_slope=0.1)), 0.0)

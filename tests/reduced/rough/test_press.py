@@ -257,21 +257,6 @@ def test_a_gap_wider_than_at_first_touch_is_no_contact():
     assert (c.force[0, 1], c.contact_area[0, 1], c.contact_count[0, 1]) == (0.0, 0.0, 0)
 
 
-def test_bad_arguments_are_all_named():
-    with pytest.raises(ValueError, match=r"finite.*spacing"):
-        RoughLines([1.0, np.nan], 0.0)
-    with pytest.raises(ValueError, match=r"effective_modulus.*edges.*threads"):
-        press(RoughLines([1.0, 2.0], 1.0), -1.0, Load("force", 1.0), edges="cell", threads=0)
-    with pytest.raises(ValueError, match="one of 'penetration', 'force', 'mean_gap', got 'area'"):
-        press(RoughLines([1.0, 2.0], 1.0), 1.0, Load("area", 1.0))
-    with pytest.raises(ValueError, match="strictly increasing"):
-        press(RoughLines([1.0, 2.0], 1.0), 1.0, Load("force", [2.0, 1.0]))
-    with pytest.raises(ValueError, match="threads must be an integer"):
-        press(RoughLines([1.0, 2.0], 1.0), 1.0, Load("force", [1.0]), threads=np.nan)
-    with pytest.raises(ValueError, match="n >= 2"):
-        press(RoughLines([1.0], 1.0), 1.0, Load("force", [1.0]))
-
-
 def test_a_load_beyond_floating_point_leaves_the_others_alone():
     """An energy of 1e400 is inf; the loads before it are those of a list without it."""
     line = rough(128, np.random.default_rng(5))[0]

@@ -58,8 +58,3 @@ def test_the_table_of_convergence_has_a_row_for_each_shape_and_edge(script):
     assert len(rows) == 15
     orders = {(row[0], row[1]): row[3] for row in rows[1:]}
     assert orders["cylinder", "sub_cell"] == "exact"
-
-
-def test_a_level_map_is_refused():
-    with pytest.raises(ValueError, match="flat"):
-        calculate(measured(np.full((8, 8), 3.0), 1.0), 1.0, FORCE, realisations=2)

@@ -82,14 +82,3 @@ def test_units_by_powers_of_two_are_bit_identical(height, stiff):
         two = line_stress(RoughLines(line * unit, unit), modulus, 1.5 * unit, rule=rule)
         np.testing.assert_array_equal(two.pressure, one.pressure * modulus)
         np.testing.assert_array_equal(two.regions.lengths, one.regions.lengths * unit)
-
-
-def test_bad_arguments_are_all_named():
-    with pytest.raises(ValueError, match="one line, got 2"):
-        regions(RoughLines(np.zeros((2, 2)), 1.0), 1.0)
-    with pytest.raises(ValueError, match=r"edges.*penetration"):
-        regions(RoughLines(np.zeros(2), 1.0), np.nan, edges="x")
-    with pytest.raises(ValueError, match="rule"):
-        line_stress(RoughLines(np.array([0.0, 1.0]), 1.0), 1.0, 1.0, rule="mean")
-    with pytest.raises(ValueError, match="effective_modulus"):
-        line_stress(RoughLines(np.array([0.0, 1.0]), 1.0), 0.0, 1.0)

