@@ -102,14 +102,12 @@ class FftOptions(Options):
 class FemOptions(Options):
     """Options of the finite-element solver; `penalty` is in units of E*/h."""
 
-    # Of a half-space: own "nested_dissection", "pardiso" (extra `fast`), or "conjugate_gradients",
-    # which condense nothing and take rigid single contacts; "automatic" is nested dissection up to
-    # 300 000 unknowns, and conjugate gradients where they can above, with nu up to 0.499. Of a
-    # [body]: "nested_dissection", or "conjugate_gradients" with algebraic multigrid, which
-    # "automatic" takes above 200 000 unknowns with nu up to 0.49.
-    solver: Literal["automatic", "nested_dissection", "pardiso", "conjugate_gradients"] = (
-        "automatic"
-    )
+    # Of a half-space: "nested_dissection", or "conjugate_gradients", which condense nothing and
+    # take rigid single contacts; "automatic" is nested dissection up to 300 000 unknowns, and
+    # conjugate gradients where they can above, with nu up to 0.499. Of a [body]:
+    # "nested_dissection", or "conjugate_gradients" with algebraic multigrid, which "automatic"
+    # takes above 200 000 unknowns with nu up to 0.49.
+    solver: Literal["automatic", "nested_dissection", "conjugate_gradients"] = "automatic"
 
     contact: Literal["active_set", "penalty", "augmented_lagrangian"] = "active_set"
     penalty: Positive = 1e3

@@ -5,16 +5,13 @@ unknowns without elements outside the merged group are eliminated by a dense Cho
 (the multifrontal method: Duff & Reid 1983; George 1973 for the ordering). The result is the Schur
 complement on the retained unknowns. The work is done by BLAS, so plain NumPy wheels reach the speed
 of a compiled sparse solver on these problems, and the Schur complement needs no right-hand sides.
-MKL Pardiso does the same, if the optional package pypardiso is installed (the extra `fast`).
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from importlib.util import find_spec
 
 import numpy as np
 from numba import njit
-from scipy import sparse
 from scipy.linalg import cholesky, solve_triangular
 from skfem import MeshHex, MeshTet
 
@@ -96,28 +93,6 @@ def linear_system(
         exterior=exterior,
         mean_stresses=stresses,
     )
-
-
-def stiffness_matrix(system: LinearSystem) -> sparse.csr_array:
-    """Return the sparse symmetric matrix on the free unknowns, followed by the far-field unknowns.
-
-    Boundary displacements are replaced by the far-field unknowns that they follow.
-    """
-    unknowns = system.unknowns
-    size = unknowns.shape[1]
-    rows = np.repeat(unknowns, size, axis=1).ravel()
-    columns = np.tile(unknowns, (1, size)).ravel()
-    inside = (rows >= 0) & (columns >= 0)
-    total = system.first + len(system.boundary)
-    entries = (system.matrices.ravel()[inside], (rows[inside], columns[inside]))
-    matrix = sparse.coo_array(entries, shape=(total, total)).tocsr()
-    if system.exterior is not None:
-        follow = sparse.block_diag([sparse.eye_array(system.first), system.boundary], format="csr")
-        zero = sparse.csr_array((system.first, system.first))
-        matrix = follow.T @ matrix @ follow
-        matrix = sparse.csr_array(matrix + sparse.block_diag([zero, system.exterior], format="csr"))
-    matrix.sort_indices()
-    return matrix
 
 
 @dataclass(frozen=True, eq=False)
@@ -342,49 +317,3 @@ def _add(matrix: Array, rows: Integers, block: Array) -> None:
     for i in range(len(rows)):
         for j in range(len(rows)):
             matrix[rows[i], rows[j]] += block[i, j]
-
-
-POSITIVE_DEFINITE = 2  # Pardiso's number for real symmetric positive definite matrices
-
-
-def has_pardiso() -> bool:
-    """Return whether pypardiso can be imported (wheels for 64-bit Intel and AMD only)."""
-    return find_spec("pypardiso") is not None
-
-
-def factorise_by_pardiso(matrix: sparse.csr_array) -> None:
-    """Order and factorise a symmetric positive definite matrix, and drop the factor.
-
-    The yardstick of the benchmarks: the minimum cost of a sparse direct solution.
-    """
-    solver, upper = _prepared(matrix)
-    solver.factorize(upper)
-    solver.free_memory(everything=True)
-
-
-def condense_by_pardiso(matrix: sparse.csr_array, retained: Integers) -> Array:
-    """Return the Schur complement on the retained unknowns, in order, from one factorisation."""
-    solver, upper = _prepared(matrix)
-    size = len(retained)
-    solver.perm = np.zeros(matrix.shape[0], dtype=np.int32)
-    solver.perm[retained] = 1
-    # MKL reads its other settings only with the first one set; zeros elsewhere are its defaults,
-    # except for METIS ordering and no pivoting, which positive definite matrices do not need
-    for place, value in ((1, 1), (2, 2), (10, 8), (36, 1)):
-        solver.set_iparm(place, value)
-    solver._check_A(upper)
-    solver.set_phase(12)
-    # for a Schur complement, the factorisation returns it instead of a solution
-    complement = solver._call_pardiso(upper, np.zeros((size, size), order="F"))
-    solver.free_memory(everything=True)
-    order = np.argsort(np.argsort(retained))
-    complement = 0.5 * (complement + complement.T)
-    return complement[np.ix_(order, order)]
-
-
-def _prepared(matrix: sparse.csr_array):
-    from pypardiso import PyPardisoSolver
-
-    upper = sparse.csr_matrix(sparse.triu(matrix, format="csr"))
-    upper.sort_indices()
-    return PyPardisoSolver(mtype=POSITIVE_DEFINITE), upper

@@ -22,16 +22,7 @@ from skfem.element import ElementHex1, ElementHex2
 from reference.arrays import Array, Integers, Mask
 from reference.elasticity import LARGEST_POISSON_RATIO, Material, lame_parameters, von_mises
 from reference.errors import choice_faults, refuse
-from reference.fem import condensation
-from reference.fem.condensation import (
-    Front,
-    LinearSystem,
-    Shift,
-    condense,
-    expand,
-    linear_system,
-    stiffness_matrix,
-)
+from reference.fem.condensation import Front, LinearSystem, Shift, condense, expand, linear_system
 from reference.fem.element_stiffness import (
     element_order,
     facet_nodes,
@@ -49,7 +40,7 @@ from reference.fem.matrix_free import IterativeFlexibility
 from reference.fem.multigrid import MultigridFlexibility
 from reference.fem.solid_mesh import CUBE, SupportedMesh, contact_nodes, tributary_areas
 
-HALF_SPACE_SOLVERS = ("nested_dissection", "pardiso", "conjugate_gradients")
+HALF_SPACE_SOLVERS = ("nested_dissection", "conjugate_gradients")
 SUPPORTED_SOLVERS = ("nested_dissection", "conjugate_gradients")
 # Linear tetrahedra have one lambda per cell in any rule, and lock.
 LARGEST_POISSON_LINEAR_TETRAHEDRA = 0.45
@@ -198,15 +189,10 @@ def half_space_body(
 
     Parameters
     ----------
-    solver : {"nested_dissection", "pardiso", "conjugate_gradients"}
-        "pardiso" needs the optional package pypardiso and is no faster; "conjugate_gradients"
-        condenses and assembles nothing (see `matrix_free`).
+    solver : {"nested_dissection", "conjugate_gradients"}
+        The latter condenses and assembles nothing (see `matrix_free`).
     """
     faults = choice_faults("solver", solver, HALF_SPACE_SOLVERS)
-    if solver == "pardiso" and not condensation.has_pardiso():
-        faults.append(
-            "solver = 'pardiso' needs the package pypardiso (pip install roughline[fast])"
-        )
     if material.incompressible and solver != "nested_dissection":
         faults.append(
             f"poisson_ratio above {LARGEST_POISSON_RATIO} takes a mixed form, which is indefinite: "
@@ -257,9 +243,6 @@ def half_space_body(
     flexibility: DenseFlexibility | IterativeFlexibility
     if solver == "conjugate_gradients":
         flexibility = IterativeFlexibility(system, grid, nu)
-    elif solver == "pardiso":
-        stiffness = condensation.condense_by_pardiso(stiffness_matrix(system), system.retained)
-        flexibility = DenseFlexibility.of(system, stiffness)
     else:
         flexibility = DenseFlexibility.of(system, condense(system))
     seconds["condensation"] = time.perf_counter() - mark

@@ -26,7 +26,6 @@ from comparisons.tasks.steps import Row, Step
 from comparisons.tasks.task import Task
 from reference import fem
 from reference.closed_form import ellipsoid
-from reference.fem import condensation
 from reference.loads import LoadPath
 
 G = TypeVar("G", bound=Geometry)
@@ -125,7 +124,7 @@ class Fem(FemSolver[IndenterGeometry]):
         fitted = "" if self.straight else ", scaled to each load"
         block = f"{part}a block of graded hexahedra around the contact{fitted}"
         chosen = self.solver
-        solved = f"condensed by {_direct(chosen).replace('_', ' ')}"
+        solved = "condensed by nested dissection"
         if chosen == "conjugate_gradients":
             solved = "solved by conjugate gradients"
         elif chosen == "automatic" and not solver_problem(self.scene, "conjugate_gradients"):
@@ -142,9 +141,8 @@ class Fem(FemSolver[IndenterGeometry]):
         chosen = self.solver
         large = chosen == "automatic" and mesh.unknowns > MOST_CONDENSED
         large = large and not self._nearly_incompressible
-        if large and not solver_problem(self.scene, "conjugate_gradients"):
-            return "conjugate_gradients"
-        return _direct(chosen)
+        large = large and not solver_problem(self.scene, "conjugate_gradients")
+        return "conjugate_gradients" if large else chosen.replace("automatic", "nested_dissection")
 
     @property
     def _nearly_incompressible(self) -> bool:
@@ -233,23 +231,15 @@ def options_problem(scene: Scene) -> str:
 
 def solver_problem(scene: Scene, solver: str) -> str:
     """Return why a linear solver cannot do the scene, or an empty text."""
-    of_body = scene.body is not None and solver == "conjugate_gradients"
-    if of_body or solver in ("automatic", "nested_dissection"):
+    if scene.body is not None or solver != "conjugate_gradients":
         return ""
     if not _quadratic(scene) or (scene.indenter and scene.indenter.outline is not None):
         return f"solver {solver} is for single contacts on a mesh that is fitted to them"
     if scene.half_space.elastic_constants[1] > LARGEST_POISSON:
         return f"solver {solver} needs a definite matrix: nu up to {LARGEST_POISSON}"
-    if solver == "conjugate_gradients" and "contact" in scene.methods.fem.changes:
+    if "contact" in scene.methods.fem.changes:
         return "solver conjugate_gradients takes contact = active_set only"
-    if solver == "pardiso" and not condensation.has_pardiso():
-        return "pypardiso is not installed (pip install 'roughline[fast]')"
     return ""
-
-
-def _direct(solver: str) -> str:
-    """Return the solver of meshes of ordinary size."""
-    return "nested_dissection" if solver == "automatic" else solver
 
 
 def _quadratic(scene: Scene) -> bool:

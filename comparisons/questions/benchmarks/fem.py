@@ -13,9 +13,11 @@ import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache, partial
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
+from scipy import sparse
 from threadpoolctl import threadpool_limits
 
 from comparisons.facts.methods import METHODS
@@ -28,8 +30,7 @@ from comparisons.scene.scene import parse_scene
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 from reference import fem
-from reference.fem import condensation
-from reference.fem.condensation import stiffness_matrix
+from reference.fem.condensation import LinearSystem
 from reference.loads import Load
 
 DEPTHS = np.linspace(0.1, 1.0, 30)  # with unit radii: contact radii from 0.32 to 1
@@ -122,7 +123,7 @@ def fixed_mesh(bound: float) -> Measurement:
 def iterative() -> Measurement:
     """Time conjugate gradients against a condensed job at about 25 000 unknowns."""
     elements = ITERATIVE_LEVEL
-    direct = "pardiso" if condensation.has_pardiso() else "nested_dissection"
+    direct = "nested_dissection"
     tasks = {name: partial(run, elements, name) for name in (ITERATIVE_SOLVER, direct)}
     times = interleaved(tasks, 3, time.process_time)
     job = run(elements, ITERATIVE_SOLVER)
@@ -169,11 +170,11 @@ def sizes() -> list[Measurement]:
         grown = f", peak memory {memory / 1e9:.2f} GB" if memory > before else ""
         title = f"cost at {unknowns} unknowns{grown}"
         rows[unknowns] = Measurement(title, spent, NOT_FACTORISED)
-        if unknowns <= LARGEST_PARDISO and condensation.has_pardiso():
-            matrix = stiffness_matrix(job.body.system)
+        if unknowns <= LARGEST_PARDISO and _has_pardiso():
+            matrix = _stiffness(job.body.system)
             with threadpool_limits(limits=1):
                 start = time.process_time()
-                condensation.factorise_by_pardiso(matrix)
+                _factorise(matrix)
                 factorised = time.process_time() - start
             rows[unknowns] = measurement(title, [spent], FACTORISATION, [factorised])
     late = {unknowns: row for unknowns, row in rows.items() if unknowns >= 1e4}
@@ -221,14 +222,52 @@ def _against_pardiso(
     """Time a job and Pardiso in turns; also return the jobs with the times of their parts."""
     jobs: list[Swept] = []
     tasks: dict[str, Callable[[], object]] = {"job": lambda: jobs.append(task())}
-    if not condensation.has_pardiso():
+    if not _has_pardiso():
         times = interleaved(tasks, READINGS, time.process_time)["job"]
         row = Measurement(title, statistics.median(times), NO_PARDISO, target=target)
         return [row], jobs
-    matrix = stiffness_matrix(job.body.system)
-    tasks["yardstick"] = partial(condensation.factorise_by_pardiso, matrix)
+    matrix = _stiffness(job.body.system)
+    tasks["yardstick"] = partial(_factorise, matrix)
     both = interleaved(tasks, READINGS, time.process_time)
     return [measurement(title, both["job"], FACTORISATION, both["yardstick"], target)], jobs
+
+
+def _has_pardiso() -> bool:
+    """Return whether pypardiso can be imported (wheels for 64-bit Intel and AMD only)."""
+    return find_spec("pypardiso") is not None
+
+
+def _stiffness(system: LinearSystem) -> sparse.csr_array:
+    """Return the sparse symmetric matrix on the free unknowns, followed by the far-field unknowns.
+
+    Boundary displacements are replaced by the far-field unknowns that they follow.
+    """
+    unknowns = system.unknowns
+    size = unknowns.shape[1]
+    rows = np.repeat(unknowns, size, axis=1).ravel()
+    columns = np.tile(unknowns, (1, size)).ravel()
+    inside = (rows >= 0) & (columns >= 0)
+    total = system.first + len(system.boundary)
+    entries = (system.matrices.ravel()[inside], (rows[inside], columns[inside]))
+    matrix = sparse.coo_array(entries, shape=(total, total)).tocsr()
+    if system.exterior is not None:
+        follow = sparse.block_diag([sparse.eye_array(system.first), system.boundary], format="csr")
+        zero = sparse.csr_array((system.first, system.first))
+        matrix = follow.T @ matrix @ follow
+        matrix = sparse.csr_array(matrix + sparse.block_diag([zero, system.exterior], format="csr"))
+    matrix.sort_indices()
+    return matrix
+
+
+def _factorise(matrix: sparse.csr_array) -> None:
+    """Order and factorise a symmetric positive definite matrix: the least cost of a direct one."""
+    from pypardiso import PyPardisoSolver
+
+    upper = sparse.csr_matrix(sparse.triu(matrix, format="csr"))
+    upper.sort_indices()
+    solver = PyPardisoSolver(mtype=2)  # MKL's number for real symmetric positive definite ones
+    solver.factorize(upper)
+    solver.free_memory(everything=True)
 
 
 def _peer_seconds(peer: str, bound: float) -> tuple[float, float, int] | str:

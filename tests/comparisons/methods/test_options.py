@@ -26,7 +26,7 @@ def solver_or_refusal(method, source, options, more=None):
         ("paraboloid", "fem", {"penalty": 10.0}, "contact, points, solver"),
         ("rough-free", "fem", {"coupling": "node_to_surface"}, "bottom, contact, element"),
         ("friction-steel", "fem", {"contact": "penalty"}, "no option"),
-        ("friction-steel", "fem", {"solver": "pardiso"}, "no option"),
+        ("friction-steel", "fem", {"solver": "nested_dissection"}, "no option"),
         ("impact-ball", "fem", {"mesh": "block"}, "contact, points, solver"),
         ("paraboloid", "bem_fft", {"kernel": "cells"}, "tolerance"),
         ("rough-free", "bem_fft", {"kernel": "cells"}, "tolerance"),
