@@ -17,10 +17,10 @@ from comparisons import formatting as fmt
 from comparisons.facts.methods import METHODS
 from comparisons.questions.experiments import EXPERIMENTS
 from comparisons.questions.experiments.finite_elements import LEAST_MEMORY, measure_series
+from comparisons.questions.experiments.punched_section import press_section
 from comparisons.questions.experiments.rough_contact import CHOICES
 from reference.closed_form.rough_theories import line_peaks, surface_peaks
 from reference.dynamics.collision import rayleigh_share, wave_impact
-from reference.fem.section import press_section
 from reports.tables.written import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "reduced-model.md"

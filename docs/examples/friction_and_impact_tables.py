@@ -16,6 +16,9 @@ from pathlib import Path
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from comparisons.questions.experiments import coulomb
+from comparisons.questions.experiments.coulomb import march, stick_slip
+from comparisons.questions.experiments.event_driven import follow
 from reduced.motion import blocks as law
 from reduced.motion.blocks import Blocks, integrate
 from reduced.motion.course import Mass, Push, Stepping, move
@@ -30,9 +33,7 @@ from reduced.profiles.equivalents import (
 )
 from reduced.springs.line import Springs
 from reference import closed_form
-from reference.dynamics import collision, coulomb, vibration
-from reference.dynamics.coulomb import march, stick_slip
-from reference.dynamics.event_driven import follow
+from reference.dynamics import collision, vibration
 from reports.tables.written import rewrite
 
 PAGES = Path(__file__).resolve().parents[1]

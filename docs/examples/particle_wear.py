@@ -14,8 +14,8 @@ mpl.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
+from comparisons.questions.experiments.asperities import Asperities
 from reference.elasticity import von_mises
-from reference.particles.bonds import Asperities
 
 PICTURE = Path(__file__).resolve().parents[1] / "particle-wear.png"
 SEEDS = 6

@@ -3,6 +3,5 @@
 - `reynolds`: cells, and the balance of mass in them, entrained or squeezed; a rigid cylinder;
 - `loaded`: film and elastic half-space under a load, by Newton's method;
 - `point`: a ball, smooth or rough;
-- `rough_planes`: oil that flows between nominally flat rough bodies;
 - `formulas`: closed forms, and fits.
 """

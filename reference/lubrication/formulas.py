@@ -25,7 +25,7 @@ long cylinder, and carried through (Snoeijer, Eggers & Venner, Phys. Fluids 25 (
 
 so that h_c/R goes as 3.55 (eta U/(E' R))^0.6 (W/(E' R^2))^-0.133.
 
-**Rough plane**, flow factors of `lubrication.rough_planes` for heights of rms s times the mean gap
+**Rough plane**, flow factors of `experiments.plane_flow` for heights of rms s times the mean gap
 whose waves have <cos^2> = c with the flow, to second order (Elrod 1979, Tripp 1983): pressure
 1 + 3 s^2 (1 - 3 c), sliding 1 - 3 s^2 c. From div h^3 grad p = 0 with h = 1 + d, p = -x + p1:
 p1 = -3i q_x d/q^2, and <h^3 dp/dx> = -(1 + 3 <d^2> - 9 <d^2 cos^2>). A fit, isotropic: 1 - 0.90

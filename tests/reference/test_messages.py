@@ -12,7 +12,6 @@ from reference.closed_form import PartialSlip, rough_theories
 from reference.closed_form.adhesive import AdhesiveForm
 from reference.closed_form.worn import FrettingLimit
 from reference.contact.press import CONTROLS, press, sweep
-from reference.dynamics import coulomb
 from reference.dynamics.collision import wave_impact
 from reference.elasticity import Material
 from reference.errors import ConvergenceError
@@ -29,7 +28,6 @@ from reference.fem import (
     two_bodies,
 )
 from reference.fem import press as press_elements
-from reference.fem.section import press_section
 from reference.halfspace import FreeOperator, PeriodicOperator, cohesive, friction, punches
 from reference.halfspace.detachment import peel
 from reference.halfspace.stress_below import stress_below
@@ -40,9 +38,7 @@ from reference.loads import History, Load, LoadPath
 from reference.lubrication import formulas
 from reference.lubrication import point as film
 from reference.lubrication.reynolds import rigid_cylinder
-from reference.lubrication.rough_planes import plane_flow
 from reference.particles import Automata, Domain, ParticleHalfSpace
-from reference.particles.bonds import Asperities
 from reference.plastic import PlasticMaterial, Walk
 from reference.rolling.creep_theories import kalker
 from reference.rolling.roll import Creep, roll
@@ -142,9 +138,6 @@ WRONG = {
         for wrong in ({"speed": 0}, {"speed": 0.3}, {"poisson_ratio": 0.6}, {"density_ratio": -1.0})
     ]
     + [
-        ("mass must be positive.*static >= kinetic", lambda: coulomb.Blocks(-1.0, 1.0, static=0.5)),
-        ("does not stop", lambda: coulomb.stopping(1.0, 1.0, 1.0, 2.0)),
-        ("theta", lambda: coulomb.march(coulomb.Blocks(1.0, 1.0), step=1.0, steps=1, theta=0.3)),
         (r"axis_ratio.*poisson_ratio", lambda: kalker(20.0, -0.1)),
         ("along must be finite", lambda: rolled(np.nan)),
     ],
@@ -249,10 +242,6 @@ WRONG = {
         ("straight sides", lambda: two_bodies.couple(ring(), box("quarter"))),
         ("do not overlap", lambda: two_bodies.couple(box(), box(away=5.0))),
         ("finite", lambda: two_bodies.couple(box(), box()).press(lambda x, y: x * np.nan, DEPTH)),
-        (
-            "kind.*support.*elements.*poisson_ratio.*radius.*radii",
-            lambda: press_section(1.0, 0.6, kind="x", support="y", radii=(1.0,), elements=1),
-        ),
     ]
     + [
         ("must be 'penalty' at quadrature points", partial(at_gauss_points, Enforcement(method)))
@@ -275,9 +264,6 @@ WRONG = {
         ("must be below 0.5: mean stress", partial(Automata, None, 0.5)),
         ("loaded_x.*; margin", lambda: Domain((-1.0, 2.0), np.nan)),
         ("gap must have one number", lambda: next(particles().press([1.0, 2.0], DEPTH))),
-        (r"speed(.|\n)*scatter", lambda: Asperities(speed=-1.0, scatter=2.0)),
-        ("overlap must be below", lambda: Asperities(overlap=5.0)),
-        ("bonds shorter than", lambda: Asperities(energy=1.0)),
     ],
     "films": [
         (
@@ -288,9 +274,6 @@ WRONG = {
         ("resolution .* 2", lambda: rigid_cylinder(1)),
         ("no ball of radius", lambda: film.entrain(SOFT, 1e3, 8)),
         ("roughness must be finite", lambda: formulas.second_order_factors(-1.0)),
-        ("not negative", lambda: plane_flow(-np.ones((4, 4)))),
-        ("at least 3 cells", lambda: plane_flow(np.ones((2, 4)))),
-        ("open somewhere", lambda: plane_flow(np.zeros((4, 4)))),
     ]
     # steps of the load shrink with the cells: on two there would be no next step
     + [

@@ -1,4 +1,7 @@
-"""The experiments, by name: every file of this package is imported, and adds its own."""
+"""The experiments, by name: every file of this package is imported, and adds its own.
+
+Beside them stand the references that a single one of them needs.
+"""
 
 from __future__ import annotations
 

@@ -31,6 +31,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from comparisons.judging.uncertainty import OF_TWO, SAFE, combined
+from comparisons.questions.experiments.adhesive_minimum import Adhesive
 from comparisons.questions.experiments.experiment import (
     Effort,
     Finding,
@@ -55,7 +56,6 @@ from reference.closed_form import elliptic_punch
 from reference.closed_form.adhesive import MaugisForm, strength_of
 from reference.halfspace import Contact, FreeOperator, areas
 from reference.halfspace.cohesive import CohesiveLaw, CohesiveProblem, dugdale, exponential, trace
-from reference.halfspace.cohesive_minimum import Adhesive
 from reference.surfaces import SelfAffine, amplitude_spectrum
 
 # Cells across the zone, and cells per radius of the disc of equal area.

@@ -24,6 +24,12 @@ from comparisons.questions.experiments.experiment import (
     experiment,
     worst,
 )
+from comparisons.questions.experiments.punched_section import (
+    Kind,
+    SectionContact,
+    Support,
+    press_section,
+)
 from reduced.loads import Load
 from reduced.profiles import equivalents
 from reduced.profiles.transform import from_function, inverse_transform
@@ -31,7 +37,6 @@ from reduced.springs.indent import indent
 from reduced.springs.line import Springs
 from reference.closed_form import boussinesq, boussinesq_energy, cylinder
 from reference.closed_form.infinite import TransverselyIsotropic
-from reference.fem.section import Kind, SectionContact, Support, press_section
 from reference.halfspace.punches import array_force, pair_force
 
 # Radius in units of a for which the half-ball equals a half-space to 1e-6: k/(2 E* a) = 1 + 1.09

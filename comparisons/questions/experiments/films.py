@@ -17,6 +17,7 @@ from comparisons.questions.experiments.experiment import (
     experiment,
     number_of,
 )
+from comparisons.questions.experiments.plane_flow import plane_flow
 from comparisons.questions.experiments.rough_ensemble import (
     PeriodicSurface,
     Surface,
@@ -39,7 +40,6 @@ from reference.lubrication.formulas import (
 )
 from reference.lubrication.point import Ball, entrain, waviness
 from reference.lubrication.reynolds import rigid_cylinder
-from reference.lubrication.rough_planes import plane_flow
 
 _RUBBER = Ball(radius=0.01, effective_modulus=1e6, viscosity=1.0, load=0.2)
 

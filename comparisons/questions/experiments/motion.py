@@ -11,6 +11,14 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
+from comparisons.questions.experiments import coulomb
+from comparisons.questions.experiments.coulomb import (
+    dry_oscillator_amplitude,
+    march,
+    stick_slip,
+    stopping,
+)
+from comparisons.questions.experiments.event_driven import follow
 from comparisons.questions.experiments.experiment import Finding, Positive, Share, experiment
 from reduced.motion.blocks import (
     Blocks,
@@ -25,10 +33,7 @@ from reduced.motion.elastic_impact import SpringContact
 from reduced.profiles import equivalents
 from reduced.springs.line import Springs
 from reference.closed_form import paraboloid
-from reference.dynamics import coulomb
 from reference.dynamics.collision import rayleigh_share, wave_impact, weak_loss
-from reference.dynamics.coulomb import dry_oscillator_amplitude, march, stick_slip, stopping
-from reference.dynamics.event_driven import follow
 from reference.dynamics.vibration import (
     contact_resonance,
     deepest_without_flight,

@@ -8,6 +8,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
+from comparisons.questions.experiments.asperities import Asperities
 from comparisons.questions.experiments.experiment import (
     Details,
     Effort,
@@ -21,7 +22,6 @@ from reference.elasticity import Material, lame_parameters
 from reference.loads import Load, LoadPath
 from reference.particles import Automata, Domain, ParticleHalfSpace, periodic_packing
 from reference.particles.automata import leapfrog, wave_speeds
-from reference.particles.bonds import Asperities
 from reference.particles.yielding import PlasticHalfSpace
 from reference.plastic import PlasticMaterial, yield_pressure
 

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from comparisons.questions.experiments import coulomb
+from comparisons.questions.experiments.coulomb import march
 from reduced.motion.blocks import Blocks, integrate
 from reduced.motion.course import Stepping
-from reference.dynamics import coulomb
-from reference.dynamics.coulomb import march
 from reports.tables.written import markdown_rows
 
 ROOT = Path(__file__).resolve().parents[3]

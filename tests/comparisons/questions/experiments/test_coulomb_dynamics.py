@@ -7,9 +7,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from reference.dynamics import event_driven
-from reference.dynamics.coulomb import Blocks, dry_oscillator_amplitude, march, stick_slip, stopping
-from reference.dynamics.event_driven import follow
+from comparisons.questions.experiments import event_driven
+from comparisons.questions.experiments.coulomb import (
+    Blocks,
+    dry_oscillator_amplitude,
+    march,
+    stick_slip,
+    stopping,
+)
+from comparisons.questions.experiments.event_driven import follow
 
 CHAIN = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from comparisons.questions.experiments.plane_flow import plane_flow
 from reference.lubrication import formulas
-from reference.lubrication.rough_planes import plane_flow
 
 
 def wave(points):

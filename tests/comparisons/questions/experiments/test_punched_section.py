@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from reference.fem.section import press_section
+from comparisons.questions.experiments.punched_section import press_section
 
 
 @pytest.mark.slow

@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike
 from scipy.linalg import eigvals, expm
 from scipy.optimize import brentq
 
+from comparisons.questions.experiments.coulomb import Blocks
 from reference.arrays import Array
-from reference.dynamics.coulomb import Blocks
 from reference.errors import ConvergenceError, positive_faults, refuse
 
 # Samples per shortest period, enough not to miss two extrema of a sum of harmonics between samples.

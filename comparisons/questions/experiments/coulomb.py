@@ -225,20 +225,20 @@ def march(
 
 @njit(cache=True)
 def _march(  # noqa: PLR0913
-    mass,
-    kinetic,
-    static,
-    stiffness,
-    damping,
-    load,
-    amplitude,
-    frequency,
-    belt,
-    matrix,
-    h,
-    theta,
-    records,
-):
+    mass: Array,
+    kinetic: Array,
+    static: Array,
+    stiffness: Array,
+    damping: Array,
+    load: Array,
+    amplitude: Array,
+    frequency: float,
+    belt: Array,
+    matrix: Array,
+    h: float,
+    theta: float,
+    records: Array,
+) -> tuple[int, int]:
     """Fill positions and velocities; return evaluations, and the failed step or -1."""
     n, evaluations = mass.size, 0
     free, moved, bound = np.empty(n), np.empty(n), np.empty(n)

@@ -229,7 +229,18 @@ def _stress(places: Array, pairs: Integers, bonded: Mask) -> Array:
 
 
 @njit(cache=True, error_model="numpy")
-def _act(places, velocities, pairs, bonded, limits, healing, damping, step, pulls, ledger):
+def _act(
+    places: Array,
+    velocities: Array,
+    pairs: Integers,
+    bonded: Mask,
+    limits: Array,
+    healing: float,
+    damping: float,
+    step: float,
+    pulls: Array,
+    ledger: Array,
+) -> float:
     """Add the pulls of all pairs; return their elastic energy, and book the losses."""
     energy = 0.0
     for p in range(len(pairs)):

@@ -1,0 +1,32 @@
+"""What the references of single experiments refuse, each row with the words that say why."""
+
+import numpy as np
+import pytest
+
+from comparisons.questions.experiments import coulomb
+from comparisons.questions.experiments.asperities import Asperities
+from comparisons.questions.experiments.plane_flow import plane_flow
+from comparisons.questions.experiments.punched_section import press_section
+
+
+@pytest.mark.parametrize(
+    ("words", "call"),
+    [
+        ("mass must be positive.*static >= kinetic", lambda: coulomb.Blocks(-1.0, 1.0, static=0.5)),
+        ("does not stop", lambda: coulomb.stopping(1.0, 1.0, 1.0, 2.0)),
+        ("theta", lambda: coulomb.march(coulomb.Blocks(1.0, 1.0), step=1.0, steps=1, theta=0.3)),
+        (
+            "kind.*support.*elements.*poisson_ratio.*radius.*radii",
+            lambda: press_section(1.0, 0.6, kind="x", support="y", radii=(1.0,), elements=1),
+        ),
+        (r"speed(.|\n)*scatter", lambda: Asperities(speed=-1.0, scatter=2.0)),
+        ("overlap must be below", lambda: Asperities(overlap=5.0)),
+        ("bonds shorter than", lambda: Asperities(energy=1.0)),
+        ("not negative", lambda: plane_flow(-np.ones((4, 4)))),
+        ("at least 3 cells", lambda: plane_flow(np.ones((2, 4)))),
+        ("open somewhere", lambda: plane_flow(np.zeros((4, 4)))),
+    ],
+)
+def test_wrong_arguments_are_all_named(words, call):
+    with pytest.raises(ValueError, match=words):
+        call()
