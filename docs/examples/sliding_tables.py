@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from comparisons.questions.experiments.viscoelastic import GridStudy, paraboloid
 from reduced.loads import Load, LoadPath
 from reduced.memory.materials import kelvin_voigt, standard_solid
 from reduced.rough.ensemble import RandomLines
@@ -23,7 +24,7 @@ from reduced.rubber.steady import slide
 from reference import loads as reference_loads
 from reference import surfaces
 from reference.viscoelastic.materials import GeneralisedMaxwell
-from reference.viscoelastic.rubber import GridStudy, paraboloid, slide_on_rubber
+from reference.viscoelastic.rubber import slide_on_rubber
 from reference.viscoelastic.travelling import Travelling
 from reports.tables.written import rewrite
 

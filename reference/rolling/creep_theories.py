@@ -6,10 +6,7 @@
     M_z = -C23 G c^3 eta + C33 G c^4 phi,
 
 phi the spin. `kalker` has the coefficients of Kalker's table (table E3), to three digits.
-`creep_coefficients` computes them: the contact is cut into strips along the rolling direction, each
-as long as its area requires, and these into cells that are fine at both ends, x = h sin. The error
-is of second order in the cells, and a straight line over the square of their size gives the limit.
-`on_grid` has the square cells of the solvers, whose error is of first order.
+`on_grid` computes them on the square cells of the solvers, whose error is of first order.
 
 **FASTSIM** (Kalker, Veh. Syst. Dyn. 11 (1982) 1): the surface is a bed of independent springs,
 u = L q, of three flexibilities with which the linear limit is right: L = 8 a/(3 C G) for each
@@ -29,9 +26,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from reference.arrays import Array, Mask
+from reference.arrays import Array
 from reference.errors import count_faults, poisson_faults, positive_faults, refuse
-from reference.halfspace.traction import Compliance, cell_integrals
 from reference.rolling.roll import Creep, TangentialSurface, Upstream, rigid_slip, steady
 
 # a/b: 0.1 ... 1 and, by b/a, 0.9 ... 0.1; columns nu = 0, 1/4, 1/2.
@@ -205,105 +201,6 @@ def _strips(rates, cells):
             across += (qy + new_y) / 2 * step / cells
             qx, qy = new_x, new_y
     return along, across, stick
-
-
-@dataclass(frozen=True)
-class CreepCoefficients:
-    """Coefficients on several grids, and their limit."""
-
-    cells: Array  # (k,): strips on half the width, and cells on each of them
-    values: Array  # (k, 4): C11, C22, C23 and C33 on the grids
-    limit: Array  # (4,): by a straight line over the square of the cell size
-    # (4,): largest change of the limit where one of the grids is left out, or the way from the
-    # finest grid to the limit if larger
-    uncertainty: Array
-
-    @classmethod
-    def of(cls, cells: tuple[int, ...], values: Array) -> CreepCoefficients:
-        """Return the study of values on grids."""
-        numbers = np.array(cells, dtype=float)
-
-        def line(kept: Mask) -> Array:
-            return np.array(np.polyfit(numbers[kept] ** -2, values[kept], 1)[1])
-
-        everything = np.ones(len(cells), dtype=bool)
-        limit = line(everything)
-        others = [line(np.arange(len(cells)) != left) for left in range(len(cells))]
-        changes = np.abs(np.array(others) - limit).max(axis=0)
-        left = np.abs(values[-1] - limit)
-        return cls(numbers, values, limit, np.maximum(changes, left))
-
-
-def creep_coefficients(
-    poisson_ratio: float, axis_ratio: float, cells: tuple[int, ...] = (10, 14, 20)
-) -> CreepCoefficients:
-    """Return C11, C22, C23 and C33 of the half-space.
-
-    `axis_ratio` is a/b, a the semi-axis along which the contact rolls. `cells` are strips on
-    half the width, and cells on each; three grids at least, ascending.
-    """
-    faults = poisson_faults(poisson_ratio) + positive_faults(axis_ratio=axis_ratio)
-    if len(cells) < 3 or list(cells) != sorted(set(cells)) or cells[0] < 1:
-        faults.append(f"cells must be three ascending numbers at least, not {cells!r}")
-    refuse(faults)
-    compliance = Compliance.of(1.0, poisson_ratio)
-    values = [_on_strips(axis_ratio, count, compliance) for count in cells]
-    return CreepCoefficients.of(cells, np.array(values))
-
-
-def _on_strips(axis_ratio: float, count: int, compliance: Compliance) -> Array:
-    """Return C11, C22, C23 and C33 from so many strips of as many cells on half of an ellipse."""
-    a, b = np.sqrt(axis_ratio), 1 / np.sqrt(axis_ratio)
-    edges = np.linspace(0.0, 1.0, count + 1)
-    areas = np.diff(edges * np.sqrt(1 - edges**2) + np.arcsin(edges)) / 2
-    half = a * count * areas  # of the length of a strip
-    ends = np.sin(np.pi / 2 * np.linspace(-1.0, 1.0, count + 1))
-    middle = (ends[1:] + ends[:-1]) / 2
-    width = b / count
-    y = (np.arange(count) + 0.5) * width
-    x = half[:, None] * middle
-    lengths = half[:, None] * np.diff(ends)
-    # with a point ahead of each strip, from which material enters
-    points = half[:, None] * np.append(middle, 2 - middle[-1])
-
-    # u - u upstream by the tractions of cells and of their mirror images, shape (2, 3, n, n): u_x
-    # by q_x, u_y by q_y, u_x by q_y
-    table = np.empty((2, 3, x.size, x.size))
-    c1, c2 = compliance.normal, compliance.lateral
-    for source, (strip, place) in enumerate(np.ndindex(*x.shape)):
-        length = float(lengths[strip, place])
-        along = (points - x[strip, place]) / length
-        for mirrored, at in enumerate((y[strip], -y[strip])):
-            across = np.broadcast_to(((y - at) / width)[:, None], along.shape)
-            cell = cell_integrals(along, across, (length, width))
-            both = c1 * (cell.xx + cell.yy)
-            parts = np.stack([both + c2 * cell.xx, both + c2 * cell.yy, c2 * cell.xy])
-            table[mirrored, :, :, source] = -np.diff(parts, axis=2).reshape(3, -1)
-    direct, image = table / (2 * np.pi)
-
-    # the rigid slip from each cell to the next upstream, by creep along and across, and by spin,
-    # (-y, x), whose integral is taken
-    upstream = np.diff(points, axis=1)
-    ways = np.zeros((3, 2, *upstream.shape))
-    ways[0, 0] = ways[1, 1] = upstream
-    ways[2] = -y[:, None] * upstream, np.diff(points**2, axis=1) / 2
-
-    # tractions of full stick; their sums over 2 G, c = 1
-    forces: list[float] = []
-    for parity, chosen in ((1, ways[:1]), (-1, ways[1:])):
-        # q_x has this parity in y, and q_y the other one
-        xx, yy, xy, yx = (
-            direct[part] + sign * parity * image[part]
-            for part, sign in ((0, 1), (1, -1), (2, -1), (2, 1))
-        )
-        matrix = np.block([[xx, xy], [yx, yy]])
-        tractions = np.linalg.solve(matrix, chosen.reshape(len(chosen), -1).T)
-        for traction in tractions.T.reshape(-1, 2, *x.shape):
-            sums = 2 * width * (traction * lengths).sum(axis=(1, 2))
-            forces.append(float(sums[(1 - parity) // 2]))
-    turning = traction[1] * x - traction[0] * y[:, None]  # by spin, the last
-    forces.append(2 * width * float((turning * lengths).sum()))
-    return np.array(forces) / 2
 
 
 def on_grid(

@@ -23,7 +23,7 @@ from scipy.linalg import lu_factor, lu_solve
 
 from reference.arrays import Array, Indices, Mask
 from reference.contact.pivot import Pivoted, bordered, pivot
-from reference.errors import ConvergenceError, positive_faults, refuse
+from reference.errors import ConvergenceError, refuse
 from reference.loads import Load
 from reference.viscoelastic.materials import GeneralisedMaxwell
 from reference.viscoelastic.travelling import Travelling
@@ -247,62 +247,6 @@ def _coarse_start(operator: Travelling, gap: Array, load: Load) -> Mask:
 
 _COARSE = 24  # cells across the window on which a depth is determined from a force
 _SECANTS = 30
-
-
-@dataclass(frozen=True)
-class GridStudy:
-    """One quantity on three grids with successively halved spacing."""
-
-    values: Array  # (3,): values from coarse to fine
-    # extrapolated with the observed order, limited to [1, 2]; the finest if changes differ in sign
-    estimate: float
-    # change from the second grid to the third, or half of the previous one if larger: a bound of
-    # the remaining error at order 1, the lowest order at contact edges
-    uncertainty: float
-
-    @classmethod
-    def of(cls, values: list[float]) -> GridStudy:
-        """Return the study of three values."""
-        coarse, middle, fine = values
-        first, second = middle - coarse, fine - middle
-        bar = max(abs(second), abs(first) / 2)
-        if first * second <= 0:
-            return cls(np.array(values), fine, bar)
-        ratio = min(max(first / second, 2.0), 4.0)  # 2^order
-        return cls(np.array(values), fine + second / (ratio - 1), bar)
-
-
-def paraboloid(
-    radius: float, material: GeneralisedMaxwell, speed: float, load: Load, cells: int = 96
-) -> tuple[GridStudy, GridStudy]:
-    """Return force and friction coefficient of a rigid paraboloid f = r^2/(2R), nu = 1/2.
-
-    The grid is a square around |x|, |y| <= sqrt(2 R d), which contains the contact. If the
-    relaxation length v tau is below a cell, friction is of the order of the grid's error; the exact
-    limit is mu = (eta/G) v/R, eta = sum G_i tau_i, G relaxed (half of that of the reduced model,
-    which counts slopes in all directions).
-
-    `cells` is the number across the window of the finest of three grids, a multiple of 16.
-    """
-    if cells < 48 or cells % 16:
-        raise ValueError(f"cells must be a multiple of 16, at least 48, not {cells!r}")
-    refuse(positive_faults(radius=radius))
-
-    def gap(x: Array, y: Array) -> Array:
-        return (x**2 + y**2) / (2 * radius)
-
-    def reach(depth: float) -> tuple[float, float]:
-        return (float(np.sqrt(2 * radius * depth)),) * 2
-
-    depth = window_depth(gap, reach, material, speed, load)
-    contacts = [
-        slide_shape(gap, reach(depth), material, speed, count, load)
-        for count in (cells // 4, cells // 2, cells)
-    ]
-    return (
-        GridStudy.of([contact.force for contact in contacts]),
-        GridStudy.of([contact.friction_coefficient for contact in contacts]),
-    )
 
 
 def slide_shape(

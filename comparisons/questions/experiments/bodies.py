@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field
+from scipy.linalg import cho_factor, cho_solve
 
 from comparisons.judging.uncertainty import grid_uncertainty
 from comparisons.questions.experiments.experiment import (
@@ -36,8 +38,8 @@ from reduced.profiles.transform import from_function, inverse_transform
 from reduced.springs.indent import indent
 from reduced.springs.line import Springs
 from reference.closed_form import boussinesq, boussinesq_energy, cylinder
-from reference.closed_form.infinite import TransverselyIsotropic
-from reference.halfspace.punches import array_force, pair_force
+from reference.errors import finite_faults, positive_faults, refuse
+from reference.halfspace.kernels import love
 
 # Radius in units of a for which the half-ball equals a half-space to 1e-6: k/(2 E* a) = 1 + 1.09
 # a/R.
@@ -340,3 +342,108 @@ def equivalent_body(
     body, true = inverse_transform(profile, _RADII), _RADII**exponent
     details = {"spread over the radii": float(np.ptp(body / true))}
     return Finding(*worst(body, true), _QUADRATURE, details)
+
+
+@dataclass(frozen=True)
+class TransverselyIsotropic:
+    """A half-space of moduli c11, c13, c33, c44 whose axis of isotropy is the surface's normal.
+
+    H. A. Elliott (Proc. Camb. Phil. Soc. 44 (1948) 522; 45 (1949) 621): frictionless contact is
+    that of an isotropic half-space with one modulus, as every wave of pressure p cos(q x) sinks in
+    by 2 p/(E* q). Moduli with c13^2 >= c11 c33 are refused.
+
+    >>> steel = TransverselyIsotropic(1.4, 0.6, 1.4, 0.4)  # isotropic: (c11 - c13)/2 = c44
+    >>> round(steel.effective_modulus, 12) == round(4 * 0.4 * (1.4 - 0.4) / 1.4, 12)
+    True
+    """
+
+    c11: float
+    c13: float
+    c33: float
+    c44: float
+
+    def __post_init__(self) -> None:
+        wrong = positive_faults(c11=self.c11, c33=self.c33, c44=self.c44)
+        wrong += finite_faults(c13=self.c13)
+        if not wrong and self.c13**2 >= self.c11 * self.c33:
+            wrong.append("c13^2 must be below c11 c33")
+        refuse(wrong)
+
+    @property
+    def effective_modulus(self) -> float:
+        """E* = 2 sqrt((c11 c33 - c13^2)/c11 / (1/c44 + 2/(c13 + sqrt(c11 c33))))."""
+        stiff = (self.c11 * self.c33 - self.c13**2) / self.c11
+        soft = 1 / self.c44 + 2 / (self.c13 + math.sqrt(self.c11 * self.c33))
+        return 2 * math.sqrt(stiff / soft)
+
+    def modulus_of_a_wave(self) -> float:
+        """Return 2 p/(q u_z) of a wave of pressure, by equilibrium, from the two fields that decay.
+
+        u_x = i U exp(i x - l z), u_z = W exp(i x - l z), q = 1; no shear traction. Where the two
+        rates l coincide, as in isotropic bodies, there are no two fields.
+        """
+        c11, c13, c33, c44 = self.c11, self.c13, self.c33, self.c44
+        squares = [c33 * c44, (c13 + c44) ** 2 - c11 * c33 - c44**2, c11 * c44]
+        rates = np.sqrt(np.roots(squares).astype(complex))
+        rates = np.where(rates.real < 0, -rates, rates)
+        along, across = 1j * (c13 + c44) * rates, c44 * rates**2 - c11
+        shear = c44 * (1j * across - rates * along)
+        normal = 1j * c13 * along - c33 * rates * across
+        share = np.linalg.solve(np.array([shear, normal]), [0, -1])
+        return float((2 / (share @ across)).real)
+
+
+def pair_force(distance: float, cells: int) -> float:
+    """Return the force on one of two equal flat round punches over that of a single one.
+
+    At equal depth the pressures are mirror images, so one disc of square cells is solved, with the
+    coefficients (19.3) of its cells plus those of the other disc. Far apart the ratio is 1/(1 +
+    2a/(pi s)), with the other punch as a point force 2 E* a d. The radius follows from the
+    stiffness of the disc of cells, 2 E* a, not from its outline, so the staircase of the edge only
+    affects the shape of the pressure.
+
+    `distance` is s/a, centre distance over radius, more than 2; `cells` those per radius.
+
+    >>> round(pair_force(20.0, 8), 3), round(1 / (1 + 2 / (np.pi * 20)), 3)
+    (0.969, 0.969)
+    """
+    if not (np.isfinite(distance) and distance > 2):
+        raise ValueError(f"distance must be finite and more than two radii, got {distance!r}")
+    if int(cells) != cells or cells < 2:
+        raise ValueError(f"cells must be an integer of at least 2 per radius, got {cells!r}")
+    axis = (np.arange(-cells, cells) + 0.5) / cells
+    x, y = (coordinate.ravel() for coordinate in np.meshgrid(axis, axis, indexing="ij"))
+    inside = np.hypot(x, y) < 1
+    x, y = x[inside] * cells, y[inside] * cells
+    spacing = (1 / cells, 1 / cells)
+    self_response = love(x[:, None] - x, y[:, None] - y, spacing, 1.0)
+    alone = cho_solve(cho_factor(self_response), np.ones(x.size)).sum()
+    apart = distance * cells * (alone / cells**2 / 2)
+    cross_response = love(apart - x[:, None] - x, y[:, None] - y, spacing, 1.0)
+    beside = cho_solve(cho_factor(self_response + cross_response), np.ones(x.size)).sum()
+    return float(beside / alone)
+
+
+def array_force(distance: float, per_side: int) -> float:
+    """Return the force on a square array of flat round punches over that of isolated ones.
+
+    The per_side^2 punches of radius a at distances s have equal depth. A punch is a spring of
+    stiffness 2 E* a, and a point force for the others: d = F_i/(2 E* a) + sum_j F_j/(pi E* r_ij),
+    which neglects terms of relative order (a/s)^2 of the interaction.
+
+    `distance` is s/a, at least 3; at most 80 punches lie along a side of the array.
+
+    >>> array_force(20.0, 1)
+    1.0
+    """
+    faults = []
+    if not (np.isfinite(distance) and distance >= 3):
+        faults.append(f"distance must be finite and at least three radii, got {distance!r}")
+    if int(per_side) != per_side or not 1 <= per_side <= 80:
+        faults.append(f"per_side must be an integer from 1 to 80, got {per_side!r}")
+    refuse(faults)
+    place = np.indices((per_side, per_side)).reshape(2, -1)
+    apart = np.hypot(*(place[:, :, None] - place[:, None, :])) * distance
+    np.fill_diagonal(apart, 2 / np.pi)  # so that 2/(pi r) is the compliance of the spring
+    forces = cho_solve(cho_factor(2 / np.pi / apart), np.ones(per_side**2))
+    return float(forces.mean())

@@ -5,6 +5,7 @@ import pytest
 
 from comparisons.questions.experiments import coulomb
 from comparisons.questions.experiments.asperities import Asperities
+from comparisons.questions.experiments.bodies import array_force, pair_force
 from comparisons.questions.experiments.plane_flow import plane_flow
 from comparisons.questions.experiments.punched_section import press_section
 
@@ -19,6 +20,9 @@ from comparisons.questions.experiments.punched_section import press_section
             "kind.*support.*elements.*poisson_ratio.*radius.*radii",
             lambda: press_section(1.0, 0.6, kind="x", support="y", radii=(1.0,), elements=1),
         ),
+        ("distance", lambda: pair_force(2.0, 8)),
+        ("cells", lambda: pair_force(4.0, 1)),
+        (r"distance.*per_side", lambda: array_force(1.0, 0)),
         (r"speed(.|\n)*scatter", lambda: Asperities(speed=-1.0, scatter=2.0)),
         ("overlap must be below", lambda: Asperities(overlap=5.0)),
         ("bonds shorter than", lambda: Asperities(energy=1.0)),

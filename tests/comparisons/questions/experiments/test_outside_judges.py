@@ -8,12 +8,12 @@ import pytest
 from comparisons.errors import InputError
 from comparisons.questions.experiments import EXPERIMENTS, proved
 from comparisons.questions.experiments.adhesion import largest
+from comparisons.questions.experiments.bodies import TransverselyIsotropic
 from comparisons.questions.experiments.boundary_elements import QUANTITIES, two_truths
 from comparisons.questions.experiments.friction import FRICTION, impact
 from comparisons.questions.experiments.rough_ensemble import Surface
 from comparisons.questions.experiments.yielding import largest_mises
 from reference.closed_form import paraboloid
-from reference.closed_form.infinite import TransverselyIsotropic
 from reference.closed_form.partial_slip import Torsion
 from reference.closed_form.rough_theories import GreenwoodWilliamson
 from reference.fem import Material
