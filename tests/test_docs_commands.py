@@ -9,7 +9,7 @@ import pytest
 
 import roughline
 from comparisons.questions.claims.families import builtin_claims
-from comparisons.questions.hard_cases.catalogue import catalogue
+from comparisons.questions.hard_cases.case import catalogue
 from comparisons.scene.scene import SUITES, builtin_names
 from roughline.commands.app import app, run_command
 

@@ -44,7 +44,7 @@ def claims() -> Table:
 
 def hard_cases() -> Table:
     """Return the hard cases with their difficulty."""
-    from comparisons.questions.hard_cases.catalogue import catalogue
+    from comparisons.questions.hard_cases.case import catalogue
 
     rows = ((case.id, case.title, case.hard) for case in catalogue().values())
     return table(("id", "title", "difficulty"), rows, title="Hard cases")

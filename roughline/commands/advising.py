@@ -10,8 +10,7 @@ from comparisons.errors import InputError
 from comparisons.facts.quantities import counterpart, quantity
 from comparisons.formatting import listed
 from comparisons.geometry.prepare import RoughGeometry
-from comparisons.questions.claims.alike import claims_on
-from comparisons.questions.claims.nearest import Nearest, in_words, nearest, plainly
+from comparisons.questions.claims.nearest import Nearest, claims_on, in_words, nearest, plainly
 from comparisons.questions.study import solved_in_memory
 from comparisons.results.advice import advise
 from comparisons.results.record import asked_in_vain

@@ -204,8 +204,12 @@ def hard_cases(
     from comparisons.errors import InputError
     from comparisons.facts.methods import METHODS, method_named
     from comparisons.files import write_named_text, write_text
-    from comparisons.questions.hard_cases.case import load_record
-    from comparisons.questions.hard_cases.catalogue import HardCaseError, catalogue, load_cases
+    from comparisons.questions.hard_cases.case import (
+        HardCaseError,
+        catalogue,
+        load_cases,
+        load_record,
+    )
     from comparisons.questions.hard_cases.run import HardCases
     from comparisons.results.folder import PAGE, held
     from reports.pages.hard_cases import hard_cases_page

@@ -18,10 +18,12 @@ import numpy as np
 
 from comparisons import formatting as fmt
 from comparisons.errors import InputError
+from comparisons.facts.methods import MODEL
 from comparisons.facts.quantities import counterpart, quantity
 from comparisons.geometry.plausibility import STEEPEST
 from comparisons.judging.verdicts import NOT_RESOLVED, OUTSIDE, WITHIN, WORST_FIRST, judged
-from comparisons.questions.claims.record import HOLDS, PointRecord, stored
+from comparisons.questions.claims.families import HERE, builtin_claims
+from comparisons.questions.claims.record import HOLDS, ClaimRecord, PointRecord, stored
 from comparisons.results.record import SceneRecord
 from comparisons.scene.indenters.punches import EllipticPunch, RightAngledPunch
 from comparisons.scene.loading import AbsoluteLoads, loads_of
@@ -535,3 +537,45 @@ def curvature_radii(scene: Scene) -> tuple[float, float] | None:
 def _ratio(sides: tuple[float, float]) -> Stretch:
     ratio = max(sides) / min(sides)
     return ratio, ratio
+
+
+# One modulus is written in several ways.
+MODULI = {"youngs_modulus", "shear_modulus", "effective_modulus", "poisson_ratio"}
+
+
+def claims_on(scene: Scene) -> list[ClaimRecord]:
+    """Return the claims on the reduced model of such a scene, whose numbers may be others.
+
+    Of claims that differ in their tolerance alone the nearest one; none against a printed number.
+    """
+    found, own = [], _kind(scene)
+    for name, keys in builtin_claims().items():
+        side = keys | keys.get("stated", {})
+        general = "number" not in keys.get("true", {}) and keys.get("method", MODEL) == MODEL
+        if "scene" in side and general and name in stored():
+            beside = HERE / side["scene"]
+            changes = keys.get("changes", {}) | side.get("changes", {})
+            claimed = load_scene(beside if beside.is_file() else side["scene"], changes)
+            if _kind(claimed) == own:
+                claim = stored()[name]
+                found.append((f"{claim.what}, {claim.parameter}, {changes}", claim))
+    found.sort(key=lambda pair: -abs(np.log(pair[1].tolerance / scene.compare.tolerance)))
+    return list(dict(found).values())
+
+
+def _kind(scene: Scene) -> Any:
+    """Return what a scene is but for its numbers, the unit of its moduli and how it is loaded."""
+
+    def kind(value: Any) -> Any:
+        if isinstance(value, dict):
+            return {key: kind(item) for key, item in value.items() if key not in MODULI}
+        if isinstance(value, (list, tuple)):
+            members = [kind(item) for item in value]
+            return 0 if members and not any(members) else members
+        return 0 if type(value) in (int, float) else value
+
+    document = scene.model_dump(exclude={"name", "title", "loading", "compare", "methods", "sweep"})
+    paths = scene.loading.model_dump(exclude_none=True).keys() & {"time", "tangential_force"}
+    if scene.indenter is not None and scene.indenter.shape == "sphere":
+        document["indenter"]["shape"] = "paraboloid"  # which stands for one
+    return kind(document), paths, kind(scene.methods.reduced.model_dump())

@@ -53,28 +53,24 @@ def measure_scene(
     if a scene cannot be prepared at this value.
     """
     stated, true = claim.sides(value)
-    if not true.same_scene(stated):
-        if effort == "quick":
-            measured = yield from _measure_apart(claim, value, effort, independent, spared=True)
-            if _is_decided(claim, measured):
-                return measured
-        return (yield from _measure_apart(claim, value, effort, independent))
-    plan = _plan(claim, value, true, effort, judged=[claim.method], independent=independent)
+    measure = _measure_together if true.same_scene(stated) else _measure_apart
+    if effort == "quick":
+        measured = yield from measure(claim, value, effort, independent=independent, spared=True)
+        told = judged(measured.error, measured.uncertainty, claim.tolerance)
+        if told.word in (WITHIN, OUTSIDE) and claim.factor is None:
+            return measured
+    return (yield from measure(claim, value, effort, independent=independent))
+
+
+def _measure_together(
+    claim: Claim, value: float | None, effort: Effort, *, independent: bool, spared: bool = False
+) -> Inquiry[Measurement]:
+    """Measure the error of the judged method on the scene of the truth, with springs refined."""
+    side, own = claim.sides(value)[1], [claim.method]
+    plan = _plan(claim, value, side, effort, judged=own, independent=independent, spared=spared)
+    solved: Solved = yield from curves(plan)
     if effort == "full":
-        solved: Solved = yield from curves(plan)
         plan, solved = yield from _truth_refined(plan, solved)
-        return (yield from _judged(claim, value, plan, solved))
-    grids = {m.method for m in plan.methods if METHODS[m.method].dimension == 3} - {claim.method}
-    coarse = replace(plan, methods=tuple(_coarser(m, grids) for m in plan.methods))
-    solved = yield from curves(coarse)
-    measured = yield from _judged(claim, value, coarse, solved)
-    if coarse == plan or _is_decided(claim, measured):
-        return measured
-    return (yield from _judged(claim, value, plan, (yield from curves(plan, solved))))
-
-
-def _judged(claim: Claim, value: float | None, plan: Plan, solved: Solved) -> Inquiry[Measurement]:
-    """Return the error of the judged method by the solves there are, with springs refined."""
     truth = _truth(claim.true, plan, solved)
     if truth is not None and not _fixed(claim):
         solved = yield from _springs_refined(claim, plan, solved)
@@ -102,14 +98,8 @@ def _deciding(measured: list[Measured], tolerance: float) -> Measured:
     return min(measured, key=lambda found: severity(judged(found[0], found[1], tolerance)))
 
 
-def _is_decided(claim: Claim, measured: Measurement) -> bool:
-    told = judged(measured.error, measured.uncertainty, claim.tolerance)
-    decided = told.word in (WITHIN, OUTSIDE)
-    return decided and claim.factor is None
-
-
 def _measure_apart(
-    claim: Claim, value: float | None, effort: Effort, independent: bool, *, spared: bool = False
+    claim: Claim, value: float | None, effort: Effort, *, independent: bool, spared: bool = False
 ) -> Inquiry[Measurement]:
     """Measure a claim on two scenes or a number; `spared` omits the true side's finest grid."""
     known: list[dict[str, tuple[np.ndarray, Sources]]] = []
@@ -123,10 +113,8 @@ def _measure_apart(
             known.append(dict.fromkeys(claim.quantity, (np.array([number]), digits)))
             details[f"source of the {word} value"] = side.source
             continue
-        plan = _plan(claim, value, side, effort, independent=independent)
-        if spared and side is true:
-            names = {m.method for m in plan.methods}
-            plan = replace(plan, methods=tuple(_coarser(m, names) for m in plan.methods))
+        omits = spared and side is true
+        plan = _plan(claim, value, side, effort, independent=independent, spared=omits)
         solved: Solved = yield from curves(plan)
         if side is stated and not _fixed(claim):
             solved = yield from _springs_refined(claim, plan, solved)
@@ -182,6 +170,7 @@ def _plan(
     *,
     judged: Sequence[str] = (),
     independent: bool,
+    spared: bool = False,
 ) -> Plan:
     """Plan what is judged and what a side needs: its own method, or references.
 
@@ -210,6 +199,9 @@ def _plan(
         checks = {m for m in methods if exact or (not METHODS[m].grid and scene.physics)}
         checks -= {claim.method}
         plan = replace(plan, methods=tuple(_coarser(m, checks) for m in plan.methods))
+    if spared:
+        others = {m.method for m in plan.methods} - set(judged)
+        plan = replace(plan, methods=tuple(_coarser(m, others) for m in plan.methods))
     if not _fixed(claim) or claim.method not in methods:
         return plan
     assert value is not None

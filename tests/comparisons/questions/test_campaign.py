@@ -10,7 +10,7 @@ from comparisons.questions.calibration import Calibration
 from comparisons.questions.claims.claim import load_claims
 from comparisons.questions.claims.record import load_claims_record
 from comparisons.questions.claims.runner import MEASUREMENTS, ClaimRun
-from comparisons.questions.hard_cases.catalogue import catalogue
+from comparisons.questions.hard_cases.case import catalogue
 from comparisons.questions.hard_cases.run import HardCases
 from comparisons.questions.study import Study
 from comparisons.scene.scene import load_scene

@@ -21,9 +21,15 @@ from comparisons.questions.claims.record import (
     load_claims_record,
     verdict_of,
 )
-from comparisons.questions.claims.runner import MEASUREMENTS, ClaimRun, judge_claim
+from comparisons.questions.claims.runner import (
+    MEASUREMENTS,
+    ClaimRun,
+    grid,
+    judge_claim,
+    ranges_of,
+    walk,
+)
 from comparisons.questions.claims.scenes import _deciding, _plan, interval, measure_scene
-from comparisons.questions.claims.search import grid, ranges_of, walk
 from comparisons.questions.experiments import EXPERIMENTS, Experiment, Measurement, lammps
 from comparisons.questions.experiments.experiment import Finding, Share
 from comparisons.solving.inquiries import answer_of

@@ -8,8 +8,9 @@ import pytest
 from comparisons.facts.methods import BUILT_IN, METHODS
 from comparisons.files import read_toml
 from comparisons.questions.hard_cases import catalogue as files
-from comparisons.questions.hard_cases.case import JUDGED, HardCase
-from comparisons.questions.hard_cases.catalogue import (
+from comparisons.questions.hard_cases.case import (
+    JUDGED,
+    HardCase,
     HardCaseError,
     builtin_files,
     catalogue,

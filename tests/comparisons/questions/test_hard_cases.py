@@ -10,8 +10,7 @@ import pytest
 from comparisons.facts.methods import BUILT_IN, METHODS
 from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.methods.registry import SOLVERS
-from comparisons.questions.hard_cases.case import Expected
-from comparisons.questions.hard_cases.catalogue import catalogue
+from comparisons.questions.hard_cases.case import Expected, catalogue
 from comparisons.questions.hard_cases.run import LEFT_OUT, expectation_text, outcomes
 from comparisons.solving.inquiries import answer_of
 

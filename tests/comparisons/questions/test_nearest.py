@@ -10,12 +10,12 @@ import pytest
 from comparisons import formatting as fmt
 from comparisons.geometry.prepare import RoughGeometry, prepare
 from comparisons.judging.verdicts import NOT_RESOLVED, OUTSIDE, WITHIN
-from comparisons.questions.claims.alike import claims_on
 from comparisons.questions.claims.claim import load_claims, scene_of
 from comparisons.questions.claims.nearest import (
     FIXED,
     QUANTITIES,
     _decided,
+    claims_on,
     in_words,
     measured,
     nearest,

@@ -17,8 +17,7 @@ from comparisons.questions.claims.record import (
     load_claims_record,
     verdict_of,
 )
-from comparisons.questions.claims.runner import judge_claim
-from comparisons.questions.claims.search import shares
+from comparisons.questions.claims.runner import judge_claim, shares
 from comparisons.questions.experiments import EXPERIMENTS, Experiment
 from comparisons.questions.experiments.experiment import Share
 from reports.plots.claims import along, boundary_map

@@ -22,7 +22,7 @@ from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.methods.registry import SOLVERS
 from comparisons.questions import study as study_module
 from comparisons.questions.claims.claim import load_claims
-from comparisons.questions.hard_cases.catalogue import catalogue
+from comparisons.questions.hard_cases.case import catalogue
 from comparisons.results.store import load_study
 from comparisons.scene.scene import SUITES, builtin_names
 from roughline.commands import app as cli

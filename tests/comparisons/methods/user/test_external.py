@@ -29,7 +29,7 @@ from comparisons.methods.user.external import (
 )
 from comparisons.questions.claims.claim import about_method, load_claims
 from comparisons.questions.claims.runner import _repeats
-from comparisons.questions.hard_cases.catalogue import catalogue
+from comparisons.questions.hard_cases.case import catalogue
 from comparisons.questions.hard_cases.run import outcomes
 from comparisons.questions.single import solve_scene
 from comparisons.questions.study import solved_in_memory
