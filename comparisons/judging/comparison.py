@@ -57,22 +57,15 @@ def compare(
         for method, resolution in solved
         for table in _solution_tables(plan, levels[method], resolution, truth)
     ]
-    refused = [
-        {
-            "scene": plan.scene.name,
-            "method": planned.method,
-            "options": "",
-            "resolution": float("nan"),
-            "step": float("nan"),
-            "converged": False,
-            "no_equilibrium": False,
-            "undetermined": False,
-            "reason": planned.reason,
-        }
-        for planned in plan.methods
-        if not planned.supported
+    nowhere = {"options": "", "resolution": NAN, "step": NAN, "converged": False}
+    nowhere |= {"no_equilibrium": False, "undetermined": False}
+    tables += [
+        pd.DataFrame(
+            [{"scene": plan.scene.name, "method": m.method, **nowhere, "reason": m.reason}]
+        )
+        for m in plan.methods
+        if not m.supported
     ]
-    tables += [pd.DataFrame([row]) for row in refused]
     table = pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
     verification = None
     started = time.perf_counter()

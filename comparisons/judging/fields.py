@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import gcd
 from typing import Any
 
 import numpy as np
@@ -110,17 +109,24 @@ class TruePressure:
         if finest is None:
             return float("nan")
         weight, keep = coarse["pressure_weight"], self.regular(coarse)
-        values = (coarse["pressure"], finest, weight, keep)
-        if fields is not None:
-            # how many of the truth's cells along x and y one cell of the solution covers
-            own, other = (f.get("pressure_shape") for f in (self.truth.solution.fields, fields))
-            cells = 1, 1
-            if own is not None and other is not None:
-                counts = [(int(n), int(m)) for n, m in zip(own, other, strict=True)]
-                if all(n % m == 0 for n, m in counts):
-                    cells = counts[0][0] // counts[0][1], counts[1][0] // counts[1][1]
-            values = _over_cells(values, coarse, cells)
-        before, after, weight, keep = values
+        before, after = coarse["pressure"], finest
+        grids = (self.truth.solution.fields, fields or {}, coarse)
+        own, other, shape = (known.get("pressure_shape") for known in grids)
+        if own is not None and other is not None and shape is not None and not np.any(own % other):
+            # how many of the truth's cells along x and y one cell of the solution covers; blocks of
+            # as many as divide the coarser grid, kept where all of their cells are
+            covered = own // other
+            (bx, by), (nx, ny) = np.gcd(shape, covered), shape
+
+            def in_blocks(array: np.ndarray) -> np.ndarray:
+                split = array.reshape(nx // bx, bx, ny // by, by)
+                return split.transpose(0, 2, 1, 3).reshape(-1, bx * by)
+
+            if np.any(covered > 1):
+                parts = in_blocks(weight)
+                weight, keep = parts.sum(axis=1), np.asarray(in_blocks(keep).all(axis=1))
+                pair = (in_blocks(p) * parts for p in (before, after))
+                before, after = (products.sum(axis=1) / weight for products in pair)
         change = pressure_difference(before, weight, after, keep)
         return SAFE * change / (self.truth.resolution / coarser - 1)
 
@@ -168,25 +174,6 @@ def pressure_measures(
     distance = pressure_difference(fields["pressure"], fields["pressure_weight"], values, keep)
     bar = true.bar(fields)
     return [*measures, ("pressure", distance, bar)]
-
-
-def _over_cells(
-    values: tuple[np.ndarray, ...], fields: Fields, cells: tuple[int, int]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return pressures, weights and what is kept as means over blocks of cells, if all are kept."""
-    before, after, weight, keep = values
-    if cells == (1, 1) or "pressure_shape" not in fields:
-        return before, after, weight, keep
-    shape = [int(n) for n in fields["pressure_shape"]]
-    block = [gcd(n, k) for n, k in zip(shape, cells, strict=True)]
-
-    def in_blocks(array: np.ndarray) -> np.ndarray:
-        split = array.reshape(shape[0] // block[0], block[0], shape[1] // block[1], block[1])
-        return split.transpose(0, 2, 1, 3).reshape(-1, block[0] * block[1])
-
-    area = in_blocks(weight).sum(axis=1)
-    means = [(in_blocks(p) * in_blocks(weight)).sum(axis=1) / area for p in (before, after)]
-    return means[0], means[1], area, np.asarray(in_blocks(keep).all(axis=1))
 
 
 ALL = slice(None)

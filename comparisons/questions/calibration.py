@@ -108,14 +108,10 @@ def _spectra(hurst: tuple[float, ...]) -> dict[str, dict[str, Any]]:
     return surfaces
 
 
-def _crops(first: int) -> dict[str, dict[str, Any]]:
-    corners = [(first, 0), (first, POINTS)]
-    return {f"map, points from {x}, {y}": {"crop": [x, y, POINTS, POINTS]} for x, y in corners}
-
-
 SURFACES: Halves = {
-    "fitting": _spectra((0.3, 0.9)) | _crops(0),
-    "reported": _spectra((0.5, 0.8)) | _crops(POINTS),
+    half: _spectra(hurst)
+    | {f"map, points from {x}, {y}": {"crop": [x, y, POINTS, POINTS]} for y in (0, POINTS)}
+    for half, hurst, x in (("fitting", (0.3, 0.9), 0), ("reported", (0.5, 0.8), POINTS))
 }
 
 

@@ -229,11 +229,6 @@ SINGLE: dict[Calibrated, tuple[float, float]] = {
 FACTORS = tuple(map(float, np.geomspace(0.01, 100, 2000)))
 
 
-def with_shares(case: Case, shares: Shares) -> Case:
-    """Return a case with the bar of other shares."""
-    return replace(case, shares=shares)
-
-
 def fitted_shares(cases: Iterable[Case]) -> Shares:
     """Return the narrowest shares that cover enough of the fitting half.
 
@@ -268,7 +263,7 @@ def _narrowest(
     numbers = list(tried)
 
     def covers(number: float) -> bool:
-        made = [with_shares(case, tried[number]) for case in cases]
+        made = [replace(case, shares=tried[number]) for case in cases]
         return at_loads(made).coverage >= least
 
     # the larger the number, the wider all bars

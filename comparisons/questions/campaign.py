@@ -78,6 +78,7 @@ class Campaign(ABC, Generic[A, R]):
     def answer(self, header: Header, answers: Mapping[str, A]) -> R:
         """Return the record of the answers so far."""
 
+    @abstractmethod
     def save(self, record: R) -> None:
         """Write a record into the folder."""
 
@@ -136,7 +137,8 @@ class Campaign(ABC, Generic[A, R]):
                 stopped = LostWorkError("\n".join([*lost, *advice]))
             seconds = (spent or 0.0) + time.perf_counter() - started
             record = self.record(seconds, interrupted=stopped is not None)
-            self.save(record)
+            if self.layout is not None:
+                self.save(record)
             if stopped is not None:
                 raise stopped
             return record

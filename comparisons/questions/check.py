@@ -56,9 +56,6 @@ class _Unwritten(Study):
 
     layout = None
 
-    def save(self, record: StudyRecord) -> None:
-        """Write nothing."""
-
 
 def run_for_check(
     method: str = MODEL_NAME, scenes: Iterable[str] = CHECK_SCENES, watch: Watch | None = None

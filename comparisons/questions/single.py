@@ -129,28 +129,27 @@ class SingleResult:
         """Return load step -> pressure {r, p} or {x, y, p}: at most eight, the last among them."""
         fields, last = self.solution.fields, self.solution.converged.shape[1] - 1
         steps = {k: at_step(fields, k) for k in stored_steps(fields)} | {last: fields}
-        needed = {"pressure", "pressure_x", "pressure_y"}
-        if not needed <= fields.keys():
-            return {}
-        return {k: self.whole_pressure(own) for k, own in steps.items() if needed <= own.keys()}
-
-    def whole_pressure(self, fields: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """Return a pressure of the whole contact, of which symmetric meshes hold a part."""
-        x, y, p = (fields[name] for name in ("pressure_x", "pressure_y", "pressure"))
-        geometry = self.plan.geometry
-        if not isinstance(geometry, IndenterGeometry):
-            return {"x": x, "y": y, "p": p}
-        if geometry.indenter.axisymmetric:
-            r = np.hypot(x, y)
-            order = np.argsort(r, kind="stable")
-            return {"r": r[order], "p": p[order]}
-        points = np.stack([x, y, p])
-        for axis in np.flatnonzero(geometry.indenter.even):
-            if points[axis].min() >= 0:
-                image = points[:, points[axis] > 0]
-                image[axis] *= -1
-                points = np.hstack([points, image])
-        return dict(zip("xyp", points, strict=True))
+        names, geometry = ("pressure_x", "pressure_y", "pressure"), self.plan.geometry
+        pressures = {}
+        for step, own in steps.items():
+            if not (fields.keys() >= set(names) <= own.keys()):
+                continue
+            points = np.stack([own[name] for name in names])
+            if isinstance(geometry, IndenterGeometry) and geometry.indenter.axisymmetric:
+                r = np.hypot(*points[:2])
+                order = np.argsort(r, kind="stable")
+                pressures[step] = {"r": r[order], "p": points[2, order]}
+                continue
+            if isinstance(
+                geometry, IndenterGeometry
+            ):  # symmetric meshes hold a part of the contact
+                for axis in np.flatnonzero(geometry.indenter.even):
+                    if points[axis].min() >= 0:
+                        image = points[:, points[axis] > 0]
+                        image[axis] *= -1
+                        points = np.hstack([points, image])
+            pressures[step] = dict(zip("xyp", points, strict=True))
+        return pressures
 
     def distributions(self) -> dict[str, dict[str, np.ndarray]]:
         """Return the distributions at the last load, means over surfaces or lines.

@@ -65,7 +65,7 @@ def measure() -> list[Measurement]:
         )
     ]
     cases += [
-        sweep(256, CUTOFFS[0], 30, SWEEP),
+        rough(256, CUTOFFS[0], MEDIUM, SWEEP, 30),
         hertz(256, 40, HERTZ, cropped=False),
         hertz(256, 40, CROPPED, cropped=True),
         ensemble(PEER_SURFACES, POINTS, LOADS, PATCHES),
@@ -109,21 +109,19 @@ class SetUp:
         return np.array(violations)
 
 
-def rough(points: int, cutoff: int, fraction: float, target: float | None) -> SetUp:
-    """Return a periodic self-affine surface at a load with the given contact fraction."""
+def rough(points: int, cutoff: int, fraction: float, target: float | None, steps: int = 1) -> SetUp:
+    """Return a periodic self-affine surface under forces up to about a given contact fraction."""
     gap = surface(points, cutoff)
-    force, reached = _force_at(gap, fraction)
-    name = f"periodic {points}^2, cutoff {cutoff} cells, {reached:.1%} contact"
-    return SetUp(name, gap[None], _spacing(points), True, "force", np.array([force]), target)
-
-
-def sweep(points: int, cutoff: int, steps: int, target: float | None) -> SetUp:
-    """Return the same surface under increasing forces up to the default contact fraction."""
-    gap = surface(points, cutoff)
-    force, reached = _force_at(gap, MEDIUM)
-    name = f"periodic {points}^2, cutoff {cutoff} cells, {steps} loads to {reached:.1%} contact"
-    loads = force * np.linspace(1 / steps, 1, steps)
-    return SetUp(name, gap[None], _spacing(points), True, "force", loads, target)
+    operator = PeriodicOperator(gap.shape, _spacing(points), 1.0)
+    force, reached = fraction * SLOPE / 2, 0.0  # A/A0 = 2 F/(E* A0 h')
+    while abs(reached / fraction - 1) >= _DEVIATION:
+        force *= fraction / reached if reached else 1.0
+        contact = unilateral.press(operator, gap, Load("force", force), tolerance=1e-3)
+        reached = float(np.mean(contact.pressure > 0))
+    loads = "" if steps == 1 else f"{steps} loads to "
+    name = f"periodic {points}^2, cutoff {cutoff} cells, {loads}{reached:.1%} contact"
+    forces = force * np.linspace(1 / steps, 1, steps)
+    return SetUp(name, gap[None], _spacing(points), True, "force", forces, target)
 
 
 def hertz(points: int, radius: int, target: float | None, *, cropped: bool) -> SetUp:
@@ -160,18 +158,6 @@ def surface(points: int, cutoff: int, realisation: int = 0) -> np.ndarray:
         realisation=realisation,
     )
     return np.subtract(heights.max(), heights, out=heights)
-
-
-def _force_at(gap: np.ndarray, fraction: float) -> tuple[float, float]:
-    """Return a force with about the given fraction of cells in contact, and the actual fraction."""
-    operator = PeriodicOperator(gap.shape, _spacing(len(gap)), 1.0)
-    force = fraction * SLOPE / 2  # A/A0 = 2 F/(E* A0 h')
-    while True:
-        contact = unilateral.press(operator, gap, Load("force", force), tolerance=1e-3)
-        reached = float(np.mean(contact.pressure > 0))
-        if abs(reached / fraction - 1) < _DEVIATION:
-            return force, reached
-        force *= fraction / reached
 
 
 def against_peers(case: SetUp) -> Measurement:

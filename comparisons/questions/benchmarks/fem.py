@@ -21,6 +21,7 @@ from scipy import sparse
 from threadpoolctl import threadpool_limits
 
 from comparisons.facts.methods import METHODS
+from comparisons.judging.metrics import rms_and_maximum
 from comparisons.machine import free_memory
 from comparisons.methods import runner
 from comparisons.methods.fem.step import bytes_of_elimination
@@ -113,10 +114,10 @@ def hertz(bound: float) -> list[Measurement]:
 
 def fixed_mesh(bound: float) -> Measurement:
     """Time the job without scaling, with the rms of the relative errors within the bound."""
-    elements = next(n for n in range(6, 16) if _rms(run_fixed(n).errors) <= bound)
+    elements = next(n for n in range(6, 16) if rms_and_maximum(run_fixed(n).errors)[0] <= bound)
     job = run_fixed(elements)
     title = f"Hertz, 30 depths, fixed mesh, force rms within {bound:.0e} (found "
-    title += f"{_rms(job.errors):.1e}), {job.body.unknowns} unknowns: whole job"
+    title += f"{rms_and_maximum(job.errors)[0]:.1e}), {job.body.unknowns} unknowns: whole job"
     return _against_pardiso(title, partial(run_fixed, elements), job, FIXED)[0][0]
 
 
@@ -210,10 +211,6 @@ def _job(
 @cache
 def _worst(elements: int) -> float:
     return float(np.abs(run(elements).errors).max())
-
-
-def _rms(errors: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(errors**2)))
 
 
 def _against_pardiso(

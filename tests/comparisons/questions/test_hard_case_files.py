@@ -7,7 +7,7 @@ import pytest
 
 from comparisons.facts.methods import BUILT_IN, METHODS
 from comparisons.files import read_toml
-from comparisons.questions.hard_cases import catalogue as files
+from comparisons.questions.hard_cases import case as files
 from comparisons.questions.hard_cases.case import (
     JUDGED,
     HardCase,

@@ -7,7 +7,7 @@ import pytest
 
 from comparisons.judging.uncertainty import SHARES, share_uncertainty
 from comparisons.questions.calibration import LEVELS, SURFACES, TRUTH
-from comparisons.questions.calibration_cases import ROUGH, Case, fitted_shares, scaled, with_shares
+from comparisons.questions.calibration_cases import ROUGH, Case, fitted_shares, scaled
 from comparisons.results.record import ROUGH_SURFACES
 from reports.pages.calibration import calibration_page
 
@@ -124,7 +124,7 @@ def test_the_fit_takes_the_smallest_factor_that_covers():
     rule = fitted_shares([*three, case("stiffness", wide, levels=LEVELS[1:])])
     assert rule["stiffness", "free"].factor == pytest.approx(ROUGH[1] * 2 * factor, rel=0.01)
     assert rule["stiffness", "free"].two == pytest.approx(3, rel=0.01)
-    assert with_shares(three[0], rule).bar == pytest.approx(ROUGH[1] * times, rel=0.01)
+    assert replace(three[0], shares=rule).bar == pytest.approx(ROUGH[1] * times, rel=0.01)
     for name in ROUGH_SURFACES:  # of what there are no cases, or none that is covered
         other = (name, "periodic")
         assert rule[other].factor == pytest.approx(SHARES[other].factor, abs=0.01)
