@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -45,20 +46,30 @@ class TruePressure:
     plan: Plan
     truth: Truth
 
+    @cached_property
+    def form(self) -> ClosedForm | None:
+        """The closed form of the shape, which knows where its pressure is singular."""
+        geometry, scene = self.plan.geometry, self.plan.scene
+        if not isinstance(geometry, IndenterGeometry) or not scene.half_space.uniform:
+            return None
+        return form_of(geometry.indenter, scene.effective_modulus)
+
+    @property
+    def formula(self) -> ClosedForm | None:
+        """That, if it is the truth."""
+        return self.form if self.truth.exact else None
+
     @property
     def is_known(self) -> bool:
         """Whether there is one: a closed form has it everywhere, a solution where it was kept."""
-        return self._formula is not None or "pressure" in self.truth.solution.fields
-
-    @property
-    def _penetration(self) -> float:
-        return float(self.truth.curves["penetration"][-1])
+        return self.formula is not None or "pressure" in self.truth.solution.fields
 
     def at(self, fields: Fields) -> np.ndarray | None:
         """Return it at a method's points; None where the truth gives none."""
         x, y = fields["pressure_x"], fields["pressure_y"]
-        if self._formula is not None:
-            return np.asarray(self._formula.pressure(x, y, self._penetration))
+        if self.formula is not None:
+            depth = float(self.truth.curves["penetration"][-1])
+            return np.asarray(self.formula.pressure(x, y, depth))
         if not self.is_known:
             return None
         stored = self.truth.solution.fields
@@ -75,20 +86,13 @@ class TruePressure:
     def regular(self, fields: Fields) -> np.ndarray:
         """Return which points lie away from every singularity."""
         x, y = fields["pressure_x"], fields["pressure_y"]
-        everywhere = np.ones(len(x), dtype=bool)
-        geometry = self.plan.geometry
-        if not isinstance(geometry, IndenterGeometry):
-            return everywhere
-        form = self._form
-        if form is not None:
-            if form.singular_at is None:
-                return everywhere
-            rho = form.relative_radius(x, y, self._penetration)
-            centre = 1.0 if form.singular_at == "edge" else 0.0
-            return np.abs(rho - centre) > SINGULAR_RING
-        corners = geometry.indenter.outline
-        if corners is None:
-            return everywhere
+        geometry, form = self.plan.geometry, self.form
+        if form is not None and form.singular_at is not None:
+            rho = form.relative_radius(x, y, float(self.truth.curves["penetration"][-1]))
+            return np.abs(rho - (1.0 if form.singular_at == "edge" else 0.0)) > SINGULAR_RING
+        corners = geometry.indenter.outline if isinstance(geometry, IndenterGeometry) else None
+        if form is not None or corners is None or not isinstance(geometry, IndenterGeometry):
+            return np.ones(len(x), dtype=bool)
         return distance_to_outline(x, y, corners) > SINGULAR_RING * geometry.contact_radius
 
     def bar(self, fields: Fields | None = None) -> float:
@@ -99,7 +103,7 @@ class TruePressure:
         cells meets the mean over k of the truth's cells, in which errors at the contact's edges
         cancel: its bar is that of the change between means over k cells of the coarser grid.
         """
-        if self._formula is not None:
+        if self.formula is not None:
             return 0.0
         coarser = self.truth.levels.below(self.truth.resolution)
         if coarser is None:
@@ -129,20 +133,6 @@ class TruePressure:
                 before, after = (products.sum(axis=1) / weight for products in pair)
         change = pressure_difference(before, weight, after, keep)
         return SAFE * change / (self.truth.resolution / coarser - 1)
-
-    @cached_property
-    def _form(self) -> ClosedForm | None:
-        """The closed form of the shape, which knows where its pressure is singular."""
-        geometry = self.plan.geometry
-        scene = self.plan.scene
-        if not isinstance(geometry, IndenterGeometry) or not scene.half_space.uniform:
-            return None
-        return form_of(geometry.indenter, scene.effective_modulus)
-
-    @property
-    def _formula(self) -> ClosedForm | None:
-        """The closed form, if it is the truth."""
-        return self._form if self.truth.exact else None
 
 
 def pressure_measures(
@@ -176,9 +166,6 @@ def pressure_measures(
     return [*measures, ("pressure", distance, bar)]
 
 
-ALL = slice(None)
-
-
 def distance(values: np.ndarray, reference: np.ndarray, bins: np.ndarray) -> float:
     """Return the mean difference at equal rank, over the reference's mean; NaN of empty histograms.
 
@@ -197,25 +184,24 @@ def distance(values: np.ndarray, reference: np.ndarray, bins: np.ndarray) -> flo
     return float(np.trapezoid(np.abs(shares[0] - shares[1]), bins) / mean)
 
 
-def last_histogram(solution: Solution, name: str, rows: slice = ALL) -> np.ndarray:
-    """Return the mean over surfaces of a distribution at the last load, (bins,)."""
-    several = solution.distributions[name][rows]
-    answered = several[np.isfinite(several).all(axis=1)]
-    return np.asarray(answered.mean(axis=0) if len(answered) else np.full(several.shape[1], np.nan))
-
-
-def _common(name: str, *solutions: Solution) -> slice:
-    return slice(min(len(solution.distributions[name]) for solution in solutions))
+def last_histograms(name: str, *solutions: Solution) -> list[np.ndarray]:
+    """Return the means of a distribution at the last load over the surfaces of all, (bins,)."""
+    common, means = min(len(solution.distributions[name]) for solution in solutions), []
+    for solution in solutions:
+        several = solution.distributions[name][:common]
+        answered = several[np.isfinite(several).all(axis=1)]
+        nothing = np.full(several.shape[1], np.nan)
+        means.append(np.asarray(answered.mean(axis=0)) if len(answered) else nothing)
+    return means
 
 
 def mean_histogram(levels: Levels, name: str, resolution: int) -> np.ndarray:
     """Return a distribution's mean over surfaces: the coarsest grid's, and finer grids' changes."""
     grids = [s for n, s in levels.solutions.items() if n <= resolution and name in s.distributions]
-    mean, coarser = last_histogram(grids[0], name), grids[0]
-    for finer in grids[1:]:
-        rows = _common(name, finer, coarser)
-        mean = mean + last_histogram(finer, name, rows) - last_histogram(coarser, name, rows)
-        coarser = finer
+    (mean,) = last_histograms(name, grids[0])
+    for coarser, finer in pairwise(grids):
+        before, after = last_histograms(name, coarser, finer)
+        mean = mean + after - before
     return mean
 
 
@@ -250,8 +236,7 @@ class TrueDistribution:
         pair = [levels.solutions[n] for n in (coarser, resolution)]
         if any(self.name not in solution.distributions for solution in pair):
             return float("nan")
-        common = _common(self.name, *pair)
-        before, after = (last_histogram(solution, self.name, common) for solution in pair)
+        before, after = last_histograms(self.name, *pair)
         return SAFE * distance(before, after, self.bins) / (resolution / coarser - 1)
 
     def scatter(self, levels: Levels) -> float:
@@ -273,8 +258,7 @@ class TrueDistribution:
         """Return how far a method's distribution is from it, and the bar of that."""
         if METHODS[levels.method].dimension == 3:
             both = self.truth.solution, levels.solutions[resolution]
-            common = _common(self.name, *both)
-            true, own = (last_histogram(solution, self.name, common) for solution in both)
+            true, own = last_histograms(self.name, *both)
             return distance(own, true, self.bins), self.bar()
         true = mean_histogram(self.truth.levels, self.name, self.truth.resolution)
         own = mean_histogram(levels, self.name, resolution)

@@ -82,9 +82,9 @@ class Campaign(ABC, Generic[A, R]):
     def save(self, record: R) -> None:
         """Write a record into the folder."""
 
-    def seconds_before(self) -> float | None:
-        """Return the seconds of the resumed run, or None."""
-        return None
+    def seconds_before(self) -> float:
+        """Return the seconds of the resumed run."""
+        return 0.0
 
     def received(self, done: Done) -> None:
         """Register an answer, cached or new."""
@@ -114,7 +114,8 @@ class Campaign(ABC, Generic[A, R]):
             executor = self.executor or executor_for(self.workers)
             spent = None  # seconds of the run that this one resumes
             if self.layout is not None:
-                spent = self.seconds_before() if self.resume else None
+                begun = (self.directory / self.layout.record).exists()
+                spent = self.seconds_before() if self.resume and begun else None
                 anew = self.overwrite or not self.layout.answers
                 open_folder(self.directory, self.layout, resume=self.resume, overwrite=anew)
                 if spent is None and self.layout.answers:

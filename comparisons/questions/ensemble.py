@@ -136,10 +136,8 @@ class Ensemble(Campaign[list[Bundle], EnsembleResult]):
         """Write ensemble.json and statistics.csv."""
         save_ensemble(self.directory, record)
 
-    def seconds_before(self) -> float | None:
+    def seconds_before(self) -> float:
         """Return the seconds of the resumed run; ResultsError if the folder holds others."""
-        if not (self.directory / RECORD).exists():
-            return None
         record = load_ensemble(self.directory)
         if record.surfaces > self.scene.realisations:
             raise ResultsError(

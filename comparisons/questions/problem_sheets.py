@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import Field, ValidationError, field_validator
+from pydantic import Field, ValidationError, ValidationInfo, field_validator
 
 from comparisons.errors import InputError
 from comparisons.facts.quantities import CURVES
@@ -156,15 +156,10 @@ class Entry(SceneTable):
 
     @field_validator("solver", "author", "machine", "notes")
     @classmethod
-    def _plain_text(cls, value: str) -> str:
+    def _plain_text(cls, value: str, info: ValidationInfo) -> str:
         if any(unicodedata.category(character) in _INVISIBLE for character in value):
             raise fail("expected one line of text without invisible characters", value)
-        return value
-
-    @field_validator("solver")
-    @classmethod
-    def _visible(cls, value: str) -> str:
-        if not value.strip(f" {_BLANK}"):
+        if info.field_name == "solver" and not value.strip(f" {_BLANK}"):
             raise fail("expected the name of a solver, got nothing that can be seen", value)
         return value
 

@@ -19,7 +19,7 @@ from comparisons.facts.methods import CLOSED_FORM, method_named
 from comparisons.facts.quantities import QUANTITIES
 from comparisons.files import plain, table_text, write_named, write_named_text
 from comparisons.geometry.prepare import IndenterGeometry, RoughGeometry
-from comparisons.judging.fields import last_histogram
+from comparisons.judging.fields import last_histograms
 from comparisons.judging.levels import mean_curves
 from comparisons.judging.uncertainty import standard_error
 from comparisons.methods.normal.proved import enclosures_asked_for
@@ -161,7 +161,7 @@ class SingleResult:
         for name in self.solution.distributions:
             assert isinstance(geometry, RoughGeometry)
             bins = edges(name, self.plan.scene, geometry)
-            amount = last_histogram(self.solution, name)
+            (amount,) = last_histograms(name, self.solution)
             some = amount > 0
             several[name] = {"low": bins[:-1][some], "high": bins[1:][some], "amount": amount[some]}
         return several

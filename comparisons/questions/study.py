@@ -198,10 +198,8 @@ class Study(Campaign[None, StudyRecord]):
             elif thinned and path.exists():  # none of what was lost
                 save_solution(path, solution)
 
-    def seconds_before(self) -> float | None:
+    def seconds_before(self) -> float:
         """Return the seconds of the resumed run; ResultsError if scenes would be dropped."""
-        if not (self.directory / STUDY).exists():
-            return None
         record = read_study(self.directory)
         dropped = {scene.name for scene in record.scenes} - {p.scene.name for p in self.plans}
         if dropped:

@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
+from scipy.optimize import curve_fit
 from scipy.special import stdtrit
 
 from comparisons import formatting as fmt
@@ -102,53 +102,38 @@ def fit_modulus(
     to larger loads. Curves are (penetration, force); the computed one is positive, increasing, at
     `modulus`.
     """
-    inside = _within(measured[0], computed, 0.0)
+    reach, largest = float(computed[0][-1]), float(computed[1][-1])
+    depth, force = measured[0], measured[1] / largest
+    parameters = 1 + fit_zero
+
+    def within(zero: float) -> np.ndarray:
+        """Tell which depths, counted from first touch, lie within the computed ones."""
+        below: np.ndarray = depth - zero
+        return (below > 0) & (below <= reach * (1 + 1e-9))
+
+    def model(at: np.ndarray, factor: float, shift: float = 0.0) -> np.ndarray:
+        return factor * force_at(at - shift * reach, computed) / largest
+
+    inside = within(0.0)
     for round_number in range(MOST_ROUNDS):
-        fit = _fit((measured[0][inside], measured[1][inside]), computed, modulus, fit_zero)
-        if fit is None:
+        points = depth[inside], force[inside]
+        freedom = len(points[0]) - parameters
+        if freedom <= 1:
             return None
+        shape = model(points[0], 1.0)
+        start = [float(shape @ points[1] / (shape @ shape)), 0.0][:parameters]
+        scale = [abs(start[0]) or 1.0, 0.1][:parameters]
+        found, covariance = curve_fit(model, *points, start, method="trf", x_scale=scale)
+        zero = float(found[1] * reach) if fit_zero else 0.0
         # Another first touch moves points in and out of the computed depths.
-        now = _within(measured[0], computed, fit.zero)
+        now = within(zero)
         if round_number >= FREE_ROUNDS:
             now &= inside  # points that come and go by turns stay out, so that it ends
         if (now == inside).all():
-            return fit
+            half = float(stdtrit(freedom, (1 + LEVEL) / 2)) * float(np.sqrt(covariance[0, 0]))
+            return ModulusFit(found[0] * modulus, half * modulus, zero, len(points[0]))
         inside = now
     return None
-
-
-def _within(depth: np.ndarray, computed: tuple[np.ndarray, np.ndarray], zero: float) -> np.ndarray:
-    """Tell which depths, counted from first touch, lie within the computed ones."""
-    below: np.ndarray = depth - zero
-    return (below > 0) & (below <= computed[0][-1] * (1 + 1e-9))
-
-
-def _fit(
-    points: tuple[np.ndarray, np.ndarray],
-    computed: tuple[np.ndarray, np.ndarray],
-    modulus: float,
-    fit_zero: bool,
-) -> ModulusFit | None:
-    """Fit the given points, or return None if they are too few."""
-    depth, force = points
-    parameters = 1 + fit_zero
-    if len(depth) <= parameters + 1:
-        return None
-    reach, largest = float(computed[0][-1]), float(computed[1][-1])
-
-    def residuals(unknown: np.ndarray) -> np.ndarray:
-        shift = unknown[1] * reach if fit_zero else 0.0
-        return unknown[0] * force_at(depth - shift, computed) / largest - force / largest
-
-    shape = force_at(depth, computed) / largest
-    start = [float(shape @ force / largest / (shape @ shape)), 0.0][:parameters]
-    solution = least_squares(residuals, start, x_scale=[abs(start[0]) or 1.0, 0.1][:parameters])
-    freedom = len(depth) - parameters
-    variance = float(solution.fun @ solution.fun) / freedom
-    covariance = variance * np.linalg.pinv(solution.jac.T @ solution.jac)
-    half = float(stdtrit(freedom, (1 + LEVEL) / 2)) * float(np.sqrt(covariance[0, 0]))
-    zero = float(solution.x[1] * reach) if fit_zero else 0.0
-    return ModulusFit(solution.x[0] * modulus, half * modulus, zero, len(depth))
 
 
 def force_at(depth: np.ndarray, computed: tuple[np.ndarray, np.ndarray]) -> np.ndarray:

@@ -436,6 +436,13 @@ class SceneRecord:
         brought = [name for name in self.methods if not is_known(name) or METHODS[name].user_made]
         return [*([] if brought and self.not_asked(MODEL) else [MODEL]), *brought]
 
+    @property
+    def other_verdicts(self) -> dict[str, tuple[Verdict, ...]]:
+        """The verdicts on other methods, at their finest resolutions, that have any result."""
+        others = (name for name in self.methods if name not in self.judged_methods)
+        known = {name: self.verdicts_on(name) for name in others}
+        return {n: v for n, v in known.items() if any(item.word != NO_RESULT for item in v)}
+
     def by_chance(self, method: str) -> str:
         """Return why a method of lines or statistics holds by chance where it holds; else ""."""
         return self.reference.chance if self.dimension_of(method) < 3 else ""

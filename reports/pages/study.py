@@ -177,7 +177,10 @@ def scene_view(scene: SceneRecord, anchor: str) -> SimpleNamespace:
         family=family(scene),
         verdicts=next(iter(judged.values())),  # on the method that the page leads with
         judged=judged,  # label (none where the model leads) -> quantity -> verdict
-        others=others(scene),
+        others={
+            look(name, scene).label: {verdict.quantity: verdict for verdict in several}
+            for name, several in scene.other_verdicts.items()
+        },
         decisive=next(iter(decided.values()), None),  # on that method, too
         decided=decided,
         at_other_load=scene.verdicts_at_other_load,
@@ -275,8 +278,7 @@ def judging(scenes: Sequence[tuple[str, SceneRecord, Advice]]) -> dict[str, Any]
                     for method in scene.judged_methods
                 },
                 "others": [
-                    [_ends(verdict) for verdict in known.values()]
-                    for known in others(scene).values()
+                    [_ends(verdict) for verdict in known] for known in scene.other_verdicts.values()
                 ],
                 "lucky": sorted(advice.lucky),
                 "steep": scene.too_steep,
@@ -285,17 +287,6 @@ def judging(scenes: Sequence[tuple[str, SceneRecord, Advice]]) -> dict[str, Any]
             }
             for anchor, scene, advice in scenes
         ],
-    }
-
-
-def others(scene: SceneRecord) -> dict[str, dict[str, Verdict]]:
-    """Return the verdicts on the solvers that are not judged themselves, by their labels."""
-    names = [name for name in scene.methods if name not in scene.judged_methods]
-    known = {name: scene.verdicts_on(name) for name in names if scene.finest(name) is not None}
-    return {
-        look(name, scene).label: {verdict.quantity: verdict for verdict in several}
-        for name, several in known.items()
-        if any(verdict.word != NO_RESULT for verdict in several)
     }
 
 

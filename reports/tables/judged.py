@@ -187,10 +187,7 @@ def methods_table(scene: SceneRecord) -> Table:
 def others_table(scene: SceneRecord) -> Table:
     """Return what decides over each method that the page does not lead with; none of the truth."""
     rows, names = [], []
-    for method in scene.methods:
-        verdicts = scene.verdicts_on(method)
-        if method in scene.judged_methods or all(item.word == NO_RESULT for item in verdicts):
-            continue
+    for method, verdicts in scene.other_verdicts.items():
         decisive = worst(verdicts)
         time = cells.duration(scene.cost(method, decisive.resolution).seconds)
         setting = cells.method(method, scene=scene), cells.count(decisive.resolution), time

@@ -195,10 +195,11 @@ def nearest(scene: Scene, loads: AbsoluteLoads, unit: float = np.nan) -> list[Ne
     if not scene.half_space.uniform or scene.methods.reduced.rule != "mdr":
         return []
     answers: dict[str, Nearest] = {}
-    here, own = places(scene, loads, unit), own_values(scene, loads, unit)
-    for claim, stretch in [place for place in here.items() if measured(place[0]).like(own)]:
+    own = own_values(scene, loads, unit)
+    for claim, stretch in places(scene, loads, unit).items():
         record = measured(claim)
-        for name in [name for name in record.quantities if name in scene.compare.quantities]:
+        names = [name for name in record.quantities if name in scene.compare.quantities]
+        for name in names if record.like(own) else ():
             point, word = _decided(record, stretch, own, scene.compare.tolerance)
             _, word_of_claim = _decided(record, stretch, own, record.tolerance)
             at = counterpart(name) if name == loads.control else ""
@@ -404,89 +405,92 @@ QUANTITIES = {
 def places(scene: Scene, loads: AbsoluteLoads, unit: float) -> dict[str, Stretch]:
     """Return where a scene stands along the parameter of each claim that concerns it."""
     found: dict[str, Stretch] = {}
+
+    def put(claim: str, *values: float) -> None:
+        found[claim] = float(np.min(values)), float(np.max(values))
+
     body, friction, adhesion = scene.indenter, scene.friction, scene.adhesion
+    physics = set(scene.physics)
     fixed = {"cone": 1.0, "paraboloid": 2.0}
     exponent = fixed.get(body.shape, body.parameters.get("exponent")) if body else None
-    if body is not None and not (scene.physics or scene.rough):
+    if body is not None and not (physics or scene.rough):
+        sides = {}
         if body.shape == "ellipsoid":
-            radii = _ratio((body.parameters["radius_x"], body.parameters["radius_y"]))
-            found["ellipsoid-force"] = radii
+            sides["ellipsoid-force"] = body.parameters["radius_x"], body.parameters["radius_y"]
             # areas were compared at equal force: that says nothing of them at equal penetration
             if loads.control == "force":
-                found["ellipsoid-area"] = radii
+                sides["ellipsoid-area"] = sides["ellipsoid-force"]
         if isinstance(body, EllipticPunch):
-            found["punch-ellipse"] = _ratio(body.semi_axes)
+            sides["punch-ellipse"] = body.semi_axes
         if isinstance(body, RightAngledPunch):
-            found["punch-rectangle"] = _ratio(body.lengths)
+            sides["punch-rectangle"] = body.lengths
+        for claim, both in sides.items():
+            put(claim, max(both) / min(both))
         if exponent is not None:
-            found["transform-power-law"] = exponent, exponent
+            put("transform-power-law", exponent)
         if body.shape == "sphere":
-            depths = loads.values / body.parameters["radius"]
+            depths, radius = loads.values, body.parameters["radius"]
             if loads.control == "force":
-                ball = sphere(body.parameters["radius"], scene.effective_modulus)
-                depths = ball.penetration(loads.values) / body.parameters["radius"]
-            found["transform-sphere"] = float(np.min(depths)), float(np.max(depths))
-    surface = scene.surface
-    rough = isinstance(surface, SelfAffine) and not scene.physics and loads.control == "force"
-    if isinstance(surface, SelfAffine) and rough and np.isfinite(unit):
-        stretch = float(np.min(loads.values) / unit), float(np.max(loads.values) / unit)
+                depths = sphere(radius, scene.effective_modulus).penetration(loads.values)
+            put("transform-sphere", *(depths / radius))
+    rough = isinstance(scene.surface, SelfAffine) and not physics and loads.control == "force"
+    if rough and np.isfinite(unit):
         own = own_values(scene, loads, unit)
         for claim, name in ALONG.items():
             if name == LOAD:
-                found[claim] = stretch
-            elif np.allclose(stretch, AT_LOAD, rtol=SAME):
-                place = own[name] if name == "H" else 1 / own[name]
-                found[claim] = place, place
-    rubber, alone = scene.viscoelastic, set(scene.physics) == {"viscoelastic"}
-    if rubber and alone and exponent is not None and loads.control == "penetration":
+                put(claim, *(loads.values / unit))
+            elif np.allclose(loads.values / unit, AT_LOAD, rtol=SAME):
+                put(claim, own[name] if name == "H" else 1 / own[name])
+    rubber, pressed_in = scene.viscoelastic, loads.control == "penetration"
+    if rubber and physics == {"viscoelastic"} and exponent is not None and pressed_in:
         times, steps, top = loads.times, np.sign(np.diff(loads.values)), np.argmax(loads.values)
         relaxing = [time for _, time in rubber.branches]
         if times is not None and relaxing and np.all(np.diff(steps) <= 0):  # pressed in once
             pressing = times[top] - times[0]
             if exponent == 2 and pressing:
                 way = "unloading" if np.any(steps < 0) else "loading"
-                found[f"viscoelastic-{way}"] = min(relaxing) / pressing, max(relaxing) / pressing
+                put(f"viscoelastic-{way}", *(time / pressing for time in relaxing))
             else:
-                found["viscoelastic-shape"] = exponent, exponent
-    plastic, alone = scene.plasticity, set(scene.physics) == {"plasticity"} and not scene.rough
+                put("viscoelastic-shape", exponent)
+    plastic, alone = scene.plasticity, physics == {"plasticity"} and not scene.rough
     if plastic and alone and body is not None and exponent == 2 and plastic.model in YIELDING:
-        deeper = loads.control == "penetration" and np.all(np.diff(loads.values, prepend=0.0) > 0)
+        deeper = pressed_in and np.all(np.diff(loads.values, prepend=0.0) > 0)
         if deeper and not (plastic.hardening or plastic.hardening_exponent):
             from reference.plastic import yield_depth, yield_pressure  # with finite elements
 
             pressure = yield_pressure(scene.poisson_ratio) * plastic.yield_stress
             first = yield_depth(body.parameters["radius"], scene.effective_modulus, pressure)
             low, high = float(loads.values[0] / first), float(loads.values[-1] / first)
-            # dents were measured from 2 on; below 1 nothing yields
-            dents = [dent for dent in DENTS if dent != "residual-20" or low >= 2]
-            claims = [f"plastic-{YIELDING[plastic.model]}-{dent}" for dent in dents]
-            claims = [claim for claim in claims if claim in DENTED]
-            if high > 1:
-                found |= dict.fromkeys(claims, (max(low, 1.0), high))
-            else:
-                found["transform-power-law"] = exponent, exponent
+            for dent in DENTS if high > 1 else ():  # below 1 nothing yields
+                claim = f"plastic-{YIELDING[plastic.model]}-{dent}"
+                # dents were measured from 2 on
+                if claim in DENTED and (dent != "residual-20" or low >= 2):
+                    put(claim, max(low, 1.0), high)
+            if high <= 1:
+                put("transform-power-law", exponent)
     coupled = friction is not None and friction.coupling == "full"
-    alone = set(scene.physics) == {"friction"} and not scene.rough
-    if alone and body is not None and body.axisymmetric:
+    if physics == {"friction"} and not scene.rough and body is not None and body.axisymmetric:
         claim = "partial-slip-rigid" if coupled else "partial-slip-similar"
-        found[claim] = scene.poisson_ratio, scene.poisson_ratio
+        put(claim, scene.poisson_ratio)
     long_range = adhesion is not None and not adhesion.short_range
     if adhesion is not None and long_range and body is not None and body.shape == "paraboloid":
         # lambda = (w/range) (9 R/(2 pi w E*^2))^(1/3) of a ball (Maugis 1992)
         tension = adhesion.work / adhesion.range
         radius = body.parameters["radius"]
-        place = float(maugis_parameter(radius, scene.effective_modulus, adhesion.work, tension))
-        found["adhesion-range"] = place, place
+        put(
+            "adhesion-range",
+            maugis_parameter(radius, scene.effective_modulus, adhesion.work, tension),
+        )
     rolling = scene.rolling
     if rolling is not None and friction is not None and not coupled:
-        plain = set(scene.physics) == {"rolling", "friction"} and not rolling.spin
-        curved, normal = curvature_radii(scene), loads.normal
-        if plain and curved and normal is not None and not any(rolling.lateral_creep.values):
+        plain = physics == {"rolling", "friction"} and not rolling.spin and curvature_radii(scene)
+        normal = loads.normal
+        if plain and normal is not None and not any(rolling.lateral_creep.values):
             # creep of zero has no place on a scale of logarithms, nor an error
             full = full_slip(scene, normal)
             creeps = [abs(creep) / full for creep in rolling.creep.values if creep]
             if creeps:
-                found[ROLLING[scene.methods.reduced.rolling]] = min(creeps), max(creeps)
+                put(ROLLING[scene.methods.reduced.rolling], *creeps)
     return found
 
 
@@ -532,11 +536,6 @@ def curvature_radii(scene: Scene) -> tuple[float, float] | None:
     sides = body.parameters
     both = ("radius", "radius") if "radius" in sides else ("radius_x", "radius_y")
     return sides[both[0]], sides[both[1]]
-
-
-def _ratio(sides: tuple[float, float]) -> Stretch:
-    ratio = max(sides) / min(sides)
-    return ratio, ratio
 
 
 # One modulus is written in several ways.

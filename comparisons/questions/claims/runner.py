@@ -94,10 +94,8 @@ class ClaimRun(Campaign[ClaimRecord, ClaimsRecord]):
         """Write claims.json."""
         record.write(self.directory / RECORD)
 
-    def seconds_before(self) -> float | None:
+    def seconds_before(self) -> float:
         """Return the seconds of the resumed run."""
-        if not (self.directory / RECORD).exists():
-            return None
         return load_claims_record(self.directory).seconds
 
 

@@ -287,7 +287,7 @@ class HardCase(SceneTable):
     def write_maps(self, folder: Path) -> None:
         """Write the maps named in the scene."""
         for name, recipe in self.maps.items():
-            recipe.save(folder / name, self.maps)
+            np.save(folder / name, recipe.heights(self.maps))
 
 
 Seed = Annotated[int, Field(strict=True, ge=0)]
@@ -344,16 +344,13 @@ class Recipe(SceneTable, populate_by_name=True):
             raise fail(f"expected points and side beside {makers[0]}")
         return self
 
-    def save(self, file: Path, maps: Mapping[str, Recipe]) -> None:
-        """Write the map; `maps` contains the maps of the case by name."""
-        np.save(file, self._heights(maps))
-
-    def _heights(self, maps: Mapping[str, Recipe]) -> np.ndarray:
+    def heights(self, maps: Mapping[str, Recipe]) -> np.ndarray:
+        """Return the map; `maps` are those of the case by name."""
         from reference.surfaces import SelfAffine, self_affine
 
         grid = (self.points, self.points)
         if self.start:
-            heights = maps[self.start]._heights(maps)
+            heights = maps[self.start].heights(maps)
         elif self.self_affine is not None:
             rough = self.self_affine
             spectrum = SelfAffine(hurst=rough.hurst, rms_slope=rough.rms_slope)
