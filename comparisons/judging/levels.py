@@ -16,11 +16,8 @@ grid l, the variance of the sum is
 
 because two means over n_l >= n_m of the same surfaces have the covariance Cov(Y_l, Y_m) / n_l.
 
-Features of a surface that cost no solve could serve as control variates (Giles, section 2.1). They
-were measured and left out: its highest peak and the depth at which the geometric overlap carries
-the load explain 96 % of the variance of the mean gap at 0.005 E* A0 h', but 63 % of that of the
-stiffness there and 1 % of that of the mean gap at 0.1 (free, H = 0.8): the worst of the means,
-which sets the numbers, would need half the surfaces on the cheapest grid at best.
+Features of a surface that cost no solve, as its highest peak, could serve as control variates
+(Giles, section 2.1): they explain 1 % of the variance of the worst mean, which sets the numbers.
 
 Estimates know of no scenes: arrays (surfaces, load steps) go in, NaN where a solve was lost.
 """

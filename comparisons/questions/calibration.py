@@ -1,16 +1,10 @@
 """Calibration of bars: the estimated uncertainty of references against their true error.
 
-Every reference is solved at many resolutions on shapes with a known exact solution. Every series of
-resolutions yields a bar, as for any scene, which is compared with the true error of the finest
-solution. Bars are right if they cover the error in 95 % of the cases without being far wider.
-
-Rough surfaces of 16 x 16 points are solved on grids of 16, 32 and 64. The bar of all three, and
-that of the finer two, is held against the answer on 512: eight times finer. Hurst exponents,
-cutoffs and roll-offs vary, free and periodic, at loads over two decades; and parts of the height
-map that comes with the suite. Cases are single surfaces, and the means over them, as ensembles use.
-Bars of penetration and stiffness of the first surface of each spectrum are held against proved
-intervals, too. A load of these takes some seconds, the solves that it judges far less: the other
-two surfaces would only add time, and a measured patch has no theorem.
+Every reference is solved at many resolutions on shapes with a known exact solution. Bars of every
+series of resolutions are right if they cover the true error in 95 % of the cases without being far
+wider. Rough surfaces of 16 x 16 points, and parts of the map of the suite, are solved on grids of
+16, 32 and 64, and held against the answer on 512, singly and as means. Of the first surface of each
+spectrum bars are held against proved intervals, too, which take seconds a load.
 
 The factors of the bars (`uncertainty.Share`) are fitted to one half of the shapes and surfaces;
 only the other half is reported. Both halves have smooth shapes, kinks and tips, flat punches with

@@ -128,19 +128,10 @@ class Summary:
     width: float
 
 
-def summary(cases: Iterable[Case]) -> Summary:
-    """Return the coverage and median width of errors and bars in the rms over the loads."""
-    pairs = [(case.error, case.bar) for case in cases]
-    return _summary(*(np.array(column) for column in zip(*pairs, strict=True)))
-
-
-def at_loads(cases: Iterable[Case]) -> Summary:
-    """Return the coverage and median width of the bars at every load."""
-    pairs = [(case.errors, case.bars) for case in cases]
-    return _summary(*(np.concatenate(column) for column in zip(*pairs, strict=True)))
-
-
-def _summary(errors: np.ndarray, bars: np.ndarray) -> Summary:
+def summary(cases: Iterable[Case], *, at_loads: bool = False) -> Summary:
+    """Return the coverage and median width of the bars in the rms over the loads, or at each."""
+    pairs = [(c.errors, c.bars) if at_loads else ([c.error], [c.bar]) for c in cases]
+    errors, bars = (np.concatenate(column) for column in zip(*pairs, strict=True))
     # Round-off errors are covered by any bar and say nothing about widths.
     real = errors > 1e-13
     return Summary(
@@ -264,7 +255,7 @@ def _narrowest(
 
     def covers(number: float) -> bool:
         made = [replace(case, shares=tried[number]) for case in cases]
-        return at_loads(made).coverage >= least
+        return summary(made, at_loads=True).coverage >= least
 
     # the larger the number, the wider all bars
     first = bisect_left(numbers, True, key=covers) if cases else len(numbers)

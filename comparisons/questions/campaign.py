@@ -1,15 +1,10 @@
 """A campaign: a question that needs many solves, and the folder of its answer.
 
-A study, claims, hard cases, a calibration and a check are campaigns. Each defines only two things:
-
-- `inquiries`: generators of jobs (`comparisons.solving.inquiries`), one per scene, claim, case or
-  shape. A job is picklable and hashed (`Job.key`), so any process can do it at any time.
-- `answer`: the record, built from the header and the answers of the inquiries so far.
-
-This module contains everything else. `run` opens the folder (`comparisons.results.folder`), reuses
-the answers of a killed run, passes the jobs to an executor, reports progress and remaining time to
-a watcher, and saves the record, also after an interrupt or lost work, before it raises. Only this
-process writes answers, so workers need no common file system.
+A study, claims, hard cases, a calibration and a check are campaigns: each defines its `inquiries`,
+generators of jobs by scene, claim, case or shape, and the `answer`, a record of what they found so
+far. `run` opens the folder, reuses the answers of a killed run, passes the jobs to an executor,
+tells a watcher, and saves the record, also after an interrupt or lost work, before it raises. Only
+this process writes answers, so workers need no common file system.
 """
 
 from __future__ import annotations

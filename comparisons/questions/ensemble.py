@@ -1,12 +1,9 @@
 """An ensemble: very many surfaces of a scene, their curves in Parquet files, and their statistics.
 
-A study solves as many surfaces as its tolerance needs, and compares methods; an ensemble solves the
-number that is given. Only its files grow with that number, not the memory:
-
-- A job solves a bundle of consecutive surfaces. Bundles are sized by the measured cost of a surface
-  to take about `TASK_SECONDS`; no result depends on where they are cut.
-- Each file states the surfaces it holds (`comparisons.results.ensemble_folder`). A resumed run
-  solves the others; `merge` joins the files of several runs.
+Only files grow with that number, not the memory. A job solves a bundle of consecutive surfaces,
+sized by the measured cost of one to take about `TASK_SECONDS`; no result depends on where bundles
+are cut. Each file states its surfaces (`comparisons.results.ensemble_folder`): a resumed run solves
+the others, `merge` joins the files of several runs.
 """
 
 from __future__ import annotations

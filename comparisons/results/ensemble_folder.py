@@ -188,33 +188,25 @@ class Moments:
     @classmethod
     def of(cls, blocks: Iterable[np.ndarray]) -> Moments:
         """Return those of all blocks along their first axis; no block at all: of nothing."""
-        moments: Moments | None = None
+        moments = cls(np.zeros((), int), *np.zeros((2, 1)), np.full(1, np.inf), np.full(1, -np.inf))
         for values in blocks:
-            block = cls._of_one(values)
-            if moments is None:
-                moments = block
-                continue
-            count = moments.count + block.count
-            change = block.mean - moments.mean
-            share = block.count / np.maximum(count, 1)
-            moments = Moments(
+            known = np.isfinite(values)
+            number = known.sum(axis=0)
+            mean = np.where(known, values, 0.0).sum(axis=0) / np.maximum(number, 1)
+            deviations = np.where(known, values - mean, 0.0)
+            count, change = moments.count + number, mean - moments.mean
+            share = number / np.maximum(count, 1)
+            low = np.where(known, values, np.inf).min(axis=0, initial=np.inf)
+            high = np.where(known, values, -np.inf).max(axis=0, initial=-np.inf)
+            squares = (deviations**2).sum(axis=0) + change**2 * moments.count * share
+            moments = cls(
                 count,
                 moments.mean + change * share,
-                moments.squares + block.squares + change**2 * moments.count * share,
-                np.minimum(moments.low, block.low),
-                np.maximum(moments.high, block.high),
+                moments.squares + squares,
+                np.minimum(moments.low, low),
+                np.maximum(moments.high, high),
             )
-        return cls._of_one(np.zeros((0, 0))) if moments is None else moments
-
-    @classmethod
-    def _of_one(cls, values: np.ndarray) -> Moments:
-        known = np.isfinite(values)
-        count = known.sum(axis=0)
-        mean = np.where(known, values, 0.0).sum(axis=0) / np.maximum(count, 1)
-        deviations = np.where(known, values - mean, 0.0)
-        low = np.where(known, values, np.inf).min(axis=0, initial=np.inf)
-        high = np.where(known, values, -np.inf).max(axis=0, initial=-np.inf)
-        return cls(count, mean, (deviations**2).sum(axis=0), low, high)
+        return moments
 
     @property
     def standard_deviation(self) -> np.ndarray:

@@ -1,13 +1,10 @@
 """The record of a study and of its scenes: the same objects after a run and read from a folder.
 
-A scene's record answers what the page, the terminal, advice, tables and notebooks ask. A cost is
-that of the stated error: the error of a mean over random surfaces belongs to the time of all solves
-that the mean stands on, the time of one surface, or line, to the errors of single ones.
-
-Every quantity is judged once, at equal prescribed load (the prescribed one, force or penetration,
-at an equal value of the other), by the step that `comparisons.judging.verdicts.judged` selects.
-Errors at the other load are listed (`verdicts_at_other_load`) but never affect a verdict. A bar is
-one of 95 % where calibration shows it, else an estimate by the same rules (`confidence`).
+A cost is that of the stated error: the error of a mean over random surfaces belongs to the time of
+all solves that the mean stands on, the time of one to the errors of single ones. Every quantity is
+judged once, at equal prescribed load (the prescribed one at an equal value of the other): errors at
+the other load (`verdicts_at_other_load`) affect no verdict. A bar is one of 95 % where calibration
+shows it, else an estimate by the same rules (`confidence`).
 """
 
 from __future__ import annotations
@@ -540,25 +537,20 @@ PARTICLES = ("particle_places", "particle_displacement", "particle_von_mises")
 
 def field_problems(fields: dict[str, np.ndarray]) -> list[str]:
     """Return what is wrong with the arrays of one solution, at the last load and before."""
-    names = {name for group in TOGETHER for name in group} | {*SCALARS, *POINTS}
-    arrays = {name: value for name, value in fields.items() if name in names}
+    lists = {name for group in TOGETHER for name in group}
+    expected: tuple[tuple[Iterable[str], str, Callable[[np.ndarray], bool]], ...] = (
+        ({*lists, *SCALARS, *POINTS}, "numbers", lambda values: values.dtype.kind in "iuf"),
+        (SCALARS, "one number", lambda values: values.size == 1),
+        (POINTS, "points (n, 3)", lambda values: values.ndim == 2 and values.shape[1] == 3),
+    )
     problems = [
-        f"{name}: expected numbers"
-        for name, value in arrays.items()
-        if value.dtype.kind not in "iuf"
-    ]
-    problems += [
-        f"{name}: expected one number"
-        for name in SCALARS
-        if name in arrays and arrays[name].size != 1
-    ]
-    problems += [
-        f"{name}: expected points (n, 3)"
-        for name in POINTS
-        if name in arrays and (arrays[name].ndim != 2 or arrays[name].shape[1] != 3)
+        f"{name}: expected {what}"
+        for names, what, holds in expected
+        for name, values in fields.items()
+        if name in names and not holds(values)
     ]
     for group in TOGETHER:
-        shapes = {arrays[name].shape for name in group if name in arrays}
+        shapes = {fields[name].shape for name in group if name in fields}
         if len(shapes) > 1 or any(len(shape) != 1 or shape == (0,) for shape in shapes):
             problems.append(f"{', '.join(group)}: expected lists of one length")
     # the arrays that say how others are laid out

@@ -1,10 +1,8 @@
 """Workers of a ``dask.distributed`` cluster: one thread each, and the same versions as here.
 
-What travels: each job to a worker (function by name, arguments pickled), its result back. Dask
-speaks in pickles, so a cluster must be as trusted as the user's own account; files of results stay
-free of them. A worker that dies is replaced by another (the scheduler gives up on a job after
-``distributed.scheduler.allowed-failures``, three by default). A scheduler that goes away ends the
-run as an interrupt does.
+Jobs and results travel as pickles, so a cluster must be as trusted as the user's own account. A
+worker that dies is replaced by another (the scheduler gives up on a job after
+``distributed.scheduler.allowed-failures``). A scheduler that goes away ends the run.
 """
 
 from __future__ import annotations

@@ -1,13 +1,10 @@
 """Execution of one task: warm code, time, peak memory; solver failures raise no exception.
 
-Compilation stands apart, so that the first run has the same digits as later ones, and in turn.
-
 Numba's functions may reorder sums, and a helper that was compiled on its own is not, digit for
-digit, the copy of it inside a function that calls it. A process that has just compiled uses the
-first, one that reads the compiled code from the cache the second: they differ in the last digits.
-So whatever is not in the cache yet is compiled by another process, and then read by this one. Numba
-keeps compiled code in files, but knows no locks: of several processes that need a function one
-compiles it, the others wait and read it.
+digit, the copy of it inside a function that calls it: the first is used by a process that has just
+compiled, the second by one that reads the cache. So that both have the same digits, whatever is not
+in the cache is compiled by another process. Of several that need a function one compiles it, the
+others wait: Numba's files know no locks.
 """
 
 from __future__ import annotations

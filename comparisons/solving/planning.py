@@ -91,16 +91,16 @@ def plan_scene(scene: Scene, effort: Effort = "quick") -> list[Plan]:
         except Refused as reason:  # no theorem covers it
             problem = f"compare.proved: {reason.refusal.reason}"
             raise SceneError(scene.name, [problem]) from None
-    part = patch_of(scene, plans[0].geometry)
-    if part is not None:
-        patch, crop = part
+    patch = patch_of(scene, plans[0].geometry)
+    if patch is not None and isinstance(patch.surface, MeasuredMap):
+        crop = list(patch.surface.crop or ())
         plans.append(_plan(patch, effort))
         plans[0] = replace(
             plans[0],
             notes=(
                 *plans[0].notes,
                 f"all methods meet on the scene {patch.name}: "
-                f"the patch crop = {list(crop)} of the same map, whose rms slope is the median of "
+                f"the patch crop = {crop} of the same map, whose rms slope is the median of "
                 "all such patches away from the rim",
             ),
         )
@@ -363,17 +363,14 @@ PATCH_POINTS = 16
 _SAME = 1e-9
 
 
-def patch_of(scene: Scene, geometry: Geometry) -> tuple[Scene, Crop] | None:
-    """Return the scene of a typical patch and its place in the file, or None if none is needed."""
+def patch_of(scene: Scene, geometry: Geometry) -> Scene | None:
+    """Return the scene of a typical patch of a map, or None if none is needed."""
     if not isinstance(scene.surface, MeasuredMap) or not isinstance(geometry, RoughGeometry):
         return None
-    if scene.surface2 is not None:  # the patch would have to be cut from both
-        return None
-    if scene.physics:  # the dense method gains nothing from a patch there
+    # it would have to be cut from both faces; under physics the dense method gains nothing
+    if scene.surface2 is not None or scene.physics or DENSE not in (scene.compare.methods or ()):
         return None
     if geometry.periodic or max(geometry.points) <= PATCH_POINTS or min(geometry.points) < 8:
-        return None
-    if DENSE not in (scene.compare.methods or ()):
         return None
     assert geometry.measured is not None
     x0, y0, nx, ny = typical_window(geometry.measured, geometry.spacing(geometry.measured))
@@ -390,7 +387,7 @@ def patch_of(scene: Scene, geometry: Geometry) -> tuple[Scene, Crop] | None:
     if force is not None and force.relative_to is None:
         values = [share * load for load in force.values]
         data["loading"] = {"force": {"values": values}}
-    return validated(data), crop
+    return validated(data)
 
 
 def typical_window(heights: NDArray[np.float64], spacing: tuple[float, float]) -> Crop:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from comparisons import formatting as fmt
-from comparisons.questions.calibration_cases import Case, at_loads, fitted_shares, held, summary
+from comparisons.questions.calibration_cases import Case, fitted_shares, held, summary
 from reports.pages.page import render
 from reports.plots.axes import error_axis
 from reports.plots.figure import Axis, Figure, Guide, Series
@@ -27,7 +27,7 @@ def calibration_page(cases: list[Case], command: str) -> str:
         command=command,
         figures=drawn,
         halves=[
-            (half, kind, summary(part), at_loads(part))
+            (half, kind, summary(part), summary(part, at_loads=True))
             for half in ("reported", "fitting")
             for kind, part in kinds([case for case in cases if case.half == half]).items()
         ],

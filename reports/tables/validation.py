@@ -12,7 +12,6 @@ from comparisons.questions.calibration_cases import (
     SINGLE,
     Case,
     Summary,
-    at_loads,
     held,
     scaled,
     summary,
@@ -145,7 +144,7 @@ def _parts(cases: list[Case], kind: str, *names: str) -> Table:
 
 
 def _quality(cases: list[Case]) -> tuple[Cell, ...]:
-    over, at = summary(cases), at_loads(cases)
+    over, at = summary(cases), summary(cases, at_loads=True)
     return cells.count(over.count), *_reached(over), *_reached(at)
 
 

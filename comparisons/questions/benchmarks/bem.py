@@ -1,10 +1,8 @@
 """Cost of the FFT half-space solver, with the faster of two public codes as yardstick; its growth.
 
 All codes get the same input, one thread and a separate process, and reach the same violation of the
-contact conditions: ours results from a tolerance of 1e-8, and the peer's tolerance is adjusted
-until its violation is at most the same and not much below. Times include set-up (kernel, model),
-but not compilation, imports and planning of transforms. Both codes start a load from the solution
-of the previous one. Processor times are used, which are independent of other load on the machine.
+contact conditions: the peer's tolerance is adjusted until its own is at most ours and not much
+below. Processor times include set-up, but not compilation, imports and planning of transforms.
 
 Growth: cost against N, fraction spent in FFTs, the floor of the processor.
 """

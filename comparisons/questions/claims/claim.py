@@ -1,10 +1,9 @@
 """Claims: precise, refutable statements about the reduced model (files: `families`).
 
 A claim has two sides, what is stated and what is true, optionally a parameter along which the
-statement is tested, and a tolerance. A side is a scene that is solved, or a number with its source;
-by default the stated side is the judged method on the claim's scene, and the true side the best
-reference there. What no scene can test is an experiment, which returns both sides. The same
-statement may occur twice, literally as printed and as corrected, which ``reading`` distinguishes.
+statement is tested, and a tolerance. A side is a scene that is solved, or a number with its source.
+What no scene can test is an experiment, which returns both sides. The same statement may occur
+twice, literally as printed and as corrected, which ``reading`` distinguishes.
 """
 
 from __future__ import annotations

@@ -441,8 +441,8 @@ def places(scene: Scene, loads: AbsoluteLoads, unit: float) -> dict[str, Stretch
                 put(claim, *(loads.values / unit))
             elif np.allclose(loads.values / unit, AT_LOAD, rtol=SAME):
                 put(claim, own[name] if name == "H" else 1 / own[name])
-    rubber, pressed_in = scene.viscoelastic, loads.control == "penetration"
-    if rubber and physics == {"viscoelastic"} and exponent is not None and pressed_in:
+    rubber, alone = scene.viscoelastic, physics == {"viscoelastic"}
+    if rubber and alone and exponent is not None and loads.control == "penetration":
         times, steps, top = loads.times, np.sign(np.diff(loads.values)), np.argmax(loads.values)
         relaxing = [time for _, time in rubber.branches]
         if times is not None and relaxing and np.all(np.diff(steps) <= 0):  # pressed in once
@@ -454,7 +454,7 @@ def places(scene: Scene, loads: AbsoluteLoads, unit: float) -> dict[str, Stretch
                 put("viscoelastic-shape", exponent)
     plastic, alone = scene.plasticity, physics == {"plasticity"} and not scene.rough
     if plastic and alone and body is not None and exponent == 2 and plastic.model in YIELDING:
-        deeper = pressed_in and np.all(np.diff(loads.values, prepend=0.0) > 0)
+        deeper = loads.control == "penetration" and np.all(np.diff(loads.values, prepend=0.0) > 0)
         if deeper and not (plastic.hardening or plastic.hardening_exponent):
             from reference.plastic import yield_depth, yield_pressure  # with finite elements
 

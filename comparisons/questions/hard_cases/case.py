@@ -511,10 +511,35 @@ def read_cases(files: Iterable[Path], context_files: Iterable[Path] = ()) -> lis
     for file, family in families:
         shared = {"like": family.like} if family.like else {}
         for name, keys in family.cases.items():
-            case_layer = Layer(f"{file}: {name}", shared | keys)
+            lineage = [Layer(f"{file}: {name}", shared | keys)]  # with its successive baselines
             if names[name] > 1:
-                problems.append(f"{case_layer.source}: expected an id that is not taken")
-            cases += _case(name, _lineage(case_layer, baselines, problems), problems)
+                problems.append(f"{lineage[0].source}: expected an id that is not taken")
+            while "like" in lineage[-1].keys:
+                source, like = lineage[-1].source, lineage[-1].keys["like"]
+                if not isinstance(like, str) or like not in baselines:
+                    known = ", ".join(baselines) or "none"
+                    problems.append(f"{source}: like: expected one of {known}, got {like!r}")
+                    break
+                if baselines[like] in lineage:
+                    circle = f"expected no circle, {like} is like this one"
+                    problems.append(f"{source}: like: {circle}")
+                    break
+                lineage.append(baselines[like])
+            merged: dict[str, Any] = {}
+            for layer in reversed(lineage):
+                merged = _put_over(merged, layer.keys)
+            if "id" in merged:
+                problems.append(f"{_owner(('id',), lineage).source}: id: unknown key")
+            try:
+                case = HardCase.model_validate(merged | {"id": name})
+            except ValidationError as error:
+                problems += [
+                    f"{_owner(problem['loc'], lineage).source}: {readable(problem)}"
+                    for problem in error.errors()
+                ]
+                continue
+            problems += [f"{lineage[0].source}: {problem}" for problem in _scene_problems(case)]
+            cases.append(case)
     if problems:
         raise HardCaseError(list(dict.fromkeys(problems)))
     return cases
@@ -531,43 +556,6 @@ def _families(files: Iterable[Path], problems: list[str]) -> list[tuple[Path, Fa
         except ValueError as error:
             problems.append(f"{file}: {error}")
     return sorted(families, key=lambda pair: pair[1].order)
-
-
-def _lineage(layer: Layer, baselines: Mapping[str, Layer], problems: list[str]) -> list[Layer]:
-    """Return the chain of a case and its successive baselines."""
-    lineage = [layer]
-    while "like" in lineage[-1].keys:
-        source, keys = lineage[-1]
-        name = keys["like"]
-        if not isinstance(name, str) or name not in baselines:
-            names = ", ".join(baselines) or "none"
-            problems.append(f"{source}: like: expected one of {names}, got {name!r}")
-            break
-        if baselines[name] in lineage:
-            problems.append(f"{source}: like: expected no circle, {name} is like this one")
-            break
-        lineage.append(baselines[name])
-    return lineage
-
-
-def _case(name: str, lineage: list[Layer], problems: list[str]) -> list[HardCase]:
-    """Return the merged case of these layers, or None and the problems."""
-    keys: dict[str, Any] = {}
-    for layer in reversed(lineage):
-        keys = _put_over(keys, layer.keys)
-    if "id" in keys:
-        problems.append(f"{_owner(('id',), lineage).source}: id: unknown key")
-    try:
-        case = HardCase.model_validate(keys | {"id": name})
-    except ValidationError as error:
-        problems += [
-            f"{_owner(problem['loc'], lineage).source}: {readable(problem)}"
-            for problem in error.errors()
-        ]
-        return []
-    wrong = _scene_problems(case)
-    problems += [f"{lineage[0].source}: {problem}" for problem in wrong]
-    return [] if wrong else [case]
 
 
 def _owner(location: tuple[int | str, ...], lineage: list[Layer]) -> Layer:

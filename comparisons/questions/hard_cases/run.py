@@ -220,7 +220,10 @@ def _measured(
         )
         return _judged(case, name, kind=REFUSED if as_expected else LOST, **common)
     common["seconds"] = solution.seconds
-    main = main_quantity(plan)
+    # the other load; of paths, histories and speed ranges the first compared quantity
+    main = "force" if plan.loads.control != "force" else "penetration"
+    if plan.loads.axis not in NORMAL:
+        main = plan.compared[0]
     error, bar = _largest_error(exact, bars, solution, main)
     area, area_bar = _largest_error(exact, bars, solution, "contact_area")
     if not np.isfinite(error):
@@ -229,13 +232,6 @@ def _measured(
     return _judged(
         case, name, kind=kind, error=error, bar=bar, area_error=area + area_bar, **common
     )
-
-
-def main_quantity(plan: Plan) -> str:
-    """Return the main quantity: the other load, else the first that is compared."""
-    if plan.loads.axis not in NORMAL:
-        return plan.compared[0]
-    return "force" if plan.loads.control != "force" else "penetration"
 
 
 def _largest_error(

@@ -14,7 +14,6 @@ from comparisons.questions.calibration_cases import (
     NOT_SHOWN,
     SINGLE,
     Case,
-    at_loads,
     fitted_shares,
     held,
     held_against,
@@ -106,14 +105,16 @@ def test_coverage_and_width_of_bars_that_are_known():
     assert rows.coverage == pytest.approx(2 / 3)
     assert rows.width == pytest.approx(2)
     assert rows.count == 3
-    assert at_loads(made) == replace(rows, count=9)  # all loads have the same error and bar
+    assert summary(made, at_loads=True) == replace(
+        rows, count=9
+    )  # all loads have the same error and bar
 
 
 def test_an_error_at_one_load_may_be_beyond_its_bar_while_that_over_all_loads_is_not():
     base = case(1.0, 0.1)
     made = [replace(base, errors=base.bars * [1.2, 0.5, 0.5])]
     assert summary(made).coverage == 1
-    assert at_loads(made).coverage == pytest.approx(2 / 3)
+    assert summary(made, at_loads=True).coverage == pytest.approx(2 / 3)
 
 
 def share(order: float, assumed: float) -> float:
@@ -277,11 +278,11 @@ def test_the_bars_cover_95_percent_of_the_reported_half_and_are_not_far_too_wide
     single = [part for part in result if not part.rough]
     reported = [part for part in single if part.half == "reported"]
     assert len(reported) >= 200
-    for reached in (summary(reported), at_loads(reported)):
+    for reached in (summary(reported), summary(reported, at_loads=True)):
         assert reached.coverage >= COVERAGE
         assert reached.width <= WIDTH
     # bars at a load are at 95 %, and not at any price: 98.4 % on the processor of the fit
-    assert at_loads(reported).coverage <= 0.995
+    assert summary(reported, at_loads=True).coverage <= 0.995
     fitted = fitted_shares(single)
     for quantity in SINGLE:  # another processor, other jumps
         assert fitted[quantity].factor == pytest.approx(SHARES[quantity].factor, rel=0.1)
