@@ -188,7 +188,8 @@ class Moments:
     @classmethod
     def of(cls, blocks: Iterable[np.ndarray]) -> Moments:
         """Return those of all blocks along their first axis; no block at all: of nothing."""
-        moments = cls(np.zeros((), int), *np.zeros((2, 1)), np.full(1, np.inf), np.full(1, -np.inf))
+        nothing = np.zeros(1)
+        moments = cls(np.zeros(1, int), nothing, nothing, nothing + np.inf, nothing - np.inf)
         for values in blocks:
             known = np.isfinite(values)
             number = known.sum(axis=0)
@@ -198,11 +199,11 @@ class Moments:
             share = number / np.maximum(count, 1)
             low = np.where(known, values, np.inf).min(axis=0, initial=np.inf)
             high = np.where(known, values, -np.inf).max(axis=0, initial=-np.inf)
-            squares = (deviations**2).sum(axis=0) + change**2 * moments.count * share
+            squares = moments.squares + (deviations**2).sum(axis=0)
             moments = cls(
                 count,
                 moments.mean + change * share,
-                moments.squares + squares,
+                squares + change**2 * moments.count * share,
                 np.minimum(moments.low, low),
                 np.maximum(moments.high, high),
             )
