@@ -21,24 +21,7 @@ from comparisons.facts.quantities import DISTRIBUTIONS, FIELDS
 from comparisons.machine import source_digest
 from comparisons.methods.registry import solver_of
 from comparisons.questions.campaign import WHOLE, Campaign, Options, Part
-from comparisons.results.ensemble_folder import (
-    RECORD,
-    SUFFIX,
-    SURFACES,
-    TABLE,
-    Bundle,
-    EnsembleRecord,
-    EnsembleResult,
-    gaps,
-    load_ensemble,
-    parquet,
-    read_bundle,
-    save_ensemble,
-    summary,
-    survey,
-    without_curves,
-    write_bundle,
-)
+from comparisons.results import ensemble_folder as bundles
 from comparisons.results.folder import Header, Layout, Run
 from comparisons.scene.scene import Scene
 from comparisons.solving.execution import compile_apart, execute, this_machine, warm_up
@@ -59,20 +42,20 @@ LEAST_BUNDLES = 4
 MOST_ROWS = 150_000
 
 
-class Ensemble(Campaign[list[Bundle], EnsembleResult]):
+class Ensemble(Campaign[list[bundles.Bundle], bundles.EnsembleResult]):
     """Many surfaces of one scene (its `realisations`), and the folder of their curves.
 
     A `part` is the Kth of N stretches of them. InputError if pyarrow is missing, or the surface of
     the scene is not random.
     """
 
-    layout = Layout(RECORD, (TABLE,), SURFACES)
+    layout = Layout(bundles.RECORD, (bundles.TABLE,), bundles.SURFACES)
 
     def __init__(
         self, scene: Scene, directory: Path, *, part: Part = WHOLE, **options: Unpack[Options]
     ) -> None:
         super().__init__(directory, **options)
-        parquet()
+        bundles.parquet()
         if not scene.random:
             raise InputError(f"{scene.name}: expected a random surface, of kind self_affine")
         plan = plan_scene(scene, "full")[0]
@@ -95,19 +78,21 @@ class Ensemble(Campaign[list[Bundle], EnsembleResult]):
         total = scene.realisations
         self.surfaces = range((number - 1) * total // parts, number * total // parts)
 
-    def inquiries(self) -> dict[str, Inquiry[list[Bundle]]]:
+    def inquiries(self) -> dict[str, Inquiry[list[bundles.Bundle]]]:
         """Return one inquiry per method and resolution."""
         return {name: self._solved(task) for name, task in self.tasks.items()}
 
-    def _solved(self, task: Task) -> Inquiry[list[Bundle]]:
+    def _solved(self, task: Task) -> Inquiry[list[bundles.Bundle]]:
         """Solve the surfaces that no file has, a few of them first to measure their cost."""
-        kept = list(survey(self.directory / SURFACES).get(identity(task), {}).values())
+        kept = list(
+            bundles.survey(self.directory / bundles.SURFACES).get(identity(task), {}).values()
+        )
         block = solver_of(task).block(task.resolution)
         if not kept and self.surfaces:
             pilot = bundle_job(task, identity(task), self.surfaces[: -(-block // PILOT)])
             done = yield [pilot]
             kept.append(value_of(done[pilot.key]))
-        missing = gaps(self.surfaces, kept)
+        missing = bundles.gaps(self.surfaces, kept)
         if not missing:
             return kept
         # surfaces of a bundle: if more than a block, whole blocks
@@ -125,17 +110,19 @@ class Ensemble(Campaign[list[Bundle], EnsembleResult]):
         done = yield jobs
         return [*kept, *(value_of(done[job.key]) for job in jobs)]
 
-    def answer(self, header: Header, answers: Mapping[str, list[Bundle]]) -> EnsembleResult:
+    def answer(
+        self, header: Header, answers: Mapping[str, list[bundles.Bundle]]
+    ) -> bundles.EnsembleResult:
         """Return the statistics of all files of the folder."""
         return result_of(self, header, "" if self.part == WHOLE else "{}/{}".format(*self.part))
 
-    def save(self, record: EnsembleResult) -> None:
+    def save(self, record: bundles.EnsembleResult) -> None:
         """Write ensemble.json and statistics.csv."""
-        save_ensemble(self.directory, record)
+        bundles.save_ensemble(self.directory, record)
 
     def seconds_before(self) -> float:
         """Return the seconds of the resumed run; ResultsError if the folder holds others."""
-        record = load_ensemble(self.directory)
+        record = bundles.load_ensemble(self.directory)
         if record.surfaces > self.scene.realisations:
             raise ResultsError(
                 f"{self.directory} holds {record.surfaces} surfaces: expected at least as many, "
@@ -163,20 +150,20 @@ def identity(task: Task) -> str:
 
 def result_of(
     ensemble: Ensemble, header: Header, part: str = "", runs: list[Run] | None = None
-) -> EnsembleResult:
+) -> bundles.EnsembleResult:
     """Return the record and the statistics of all files of a folder."""
     loads = [float(load) for load in ensemble.loads.values]
-    files = survey(ensemble.directory / SURFACES)
+    files = bundles.survey(ensemble.directory / bundles.SURFACES)
     summaries, missing = [], []
     for name, task in ensemble.tasks.items():
         own = files.get(identity(task), {})
         if own:
-            summaries.append(summary(own, ensemble.loads.control, loads))
+            summaries.append(bundles.summary(own, ensemble.loads.control, loads))
         missing += [
             f"{name}: surfaces {stretch[0]} to {stretch[-1]}"
-            for stretch in gaps(ensemble.surfaces, own.values())
+            for stretch in bundles.gaps(ensemble.surfaces, own.values())
         ]
-    record = EnsembleRecord(
+    record = bundles.EnsembleRecord(
         **header.model_dump(),
         name=ensemble.scene.name,
         text=ensemble.scene.text,
@@ -191,15 +178,15 @@ def result_of(
     )
     nothing = pd.DataFrame(columns=["method"])
     tables = [table for _, table in summaries] or [nothing]
-    return EnsembleResult(record, pd.concat(tables, ignore_index=True))
+    return bundles.EnsembleResult(record, pd.concat(tables, ignore_index=True))
 
 
 BUNDLE = Archive(
-    SUFFIX,
-    write_bundle,
-    read_bundle,
+    bundles.SUFFIX,
+    bundles.write_bundle,
+    bundles.read_bundle,
     lambda bundle: bool(bundle.lost < bundle.answers),
-    without_curves,
+    bundles.without_curves,
 )
 # Bytes per load step: twenty quantities, each with the copies made on the way into a file.
 _BYTES = 4 * 8 * 20
@@ -217,7 +204,7 @@ def bundle_job(task: Task, identity: str, surfaces: range) -> Job:
     return Job(key, solve_bundle, (task, identity, surfaces), memory, kind, BUNDLE)
 
 
-def solve_bundle(task: Task, identity: str, surfaces: range) -> Bundle:
+def solve_bundle(task: Task, identity: str, surfaces: range) -> bundles.Bundle:
     """Solve the surfaces block by block, each once, and keep their curves only."""
     solver = solver_of(task)
     compilation = compile_apart(task) + warm_up(solver, task)
@@ -232,7 +219,7 @@ def solve_bundle(task: Task, identity: str, surfaces: range) -> Bundle:
         solution.fields.clear()
         parts.append(solution)
     joined = Solution.concat(parts, axis=REALISATIONS)
-    return Bundle(
+    return bundles.Bundle(
         method=task.method,
         resolution=task.resolution,
         identity=identity,

@@ -23,15 +23,7 @@ from comparisons.judging.refinement import refinements
 from comparisons.machine import source_digest, versions
 from comparisons.questions.ensemble import Ensemble, result_of
 from comparisons.questions.study import Study, solve_task
-from comparisons.results.ensemble_folder import (
-    RECORD,
-    SURFACES,
-    EnsembleRecord,
-    EnsembleResult,
-    load_ensemble,
-    save_ensemble,
-    survey,
-)
+from comparisons.results import ensemble_folder as ensembles
 from comparisons.results.folder import Header, Run, filled
 from comparisons.results.record import FIELDS_FOLDER, SceneRecord, StudyRecord
 from comparisons.results.run_comparison import MOVED
@@ -108,14 +100,16 @@ def merge(directories: Iterable[Path], out: Path, command: str = "", files: Path
     return study
 
 
-def merge_ensembles(directories: Iterable[Path], out: Path, command: str = "") -> EnsembleResult:
+def merge_ensembles(
+    directories: Iterable[Path], out: Path, command: str = ""
+) -> ensembles.EnsembleResult:
     """Write a folder with the surfaces of several parts; files are linked or copied as they are.
 
     They are of one scene, complete or not. InputError lists all differences; nothing is written
     then.
     """
-    with filled(out, RECORD) as folder:
-        runs = {path: load_ensemble(path) for path in directories}
+    with filled(out, ensembles.RECORD) as folder:
+        runs = {path: ensembles.load_ensemble(path) for path in directories}
         problems = []
         if len(runs) < 2:
             problems.append(f"expected two different folders or more, got {len(runs)}")
@@ -128,7 +122,7 @@ def merge_ensembles(directories: Iterable[Path], out: Path, command: str = "") -
         bundles = [
             item
             for path in runs
-            for several in survey(path / SURFACES).values()
+            for several in ensembles.survey(path / ensembles.SURFACES).values()
             for item in several.items()
         ]
         bundles.sort(key=lambda item: (item[1].identity, item[1].first))
@@ -140,9 +134,9 @@ def merge_ensembles(directories: Iterable[Path], out: Path, command: str = "") -
                 if earlier.identity == later.identity and later.first < earlier.end
             ),
         )
-        (folder / SURFACES).mkdir()
+        (folder / ensembles.SURFACES).mkdir()
         for path, _ in bundles:
-            target = folder / SURFACES / path.name
+            target = folder / ensembles.SURFACES / path.name
             try:  # nobody changes a file in place
                 os.link(path, target)
             except OSError:  # another file system
@@ -155,11 +149,11 @@ def merge_ensembles(directories: Iterable[Path], out: Path, command: str = "") -
         }
         ensemble = Ensemble(parse_scene(last.text, last.name, Path()), folder)
         merged = result_of(ensemble, Header(**header), runs=list(_parts(runs.values())))
-        save_ensemble(folder, merged)
+        ensembles.save_ensemble(folder, merged)
     return merged
 
 
-def _parts(runs: Iterable[StudyRecord | EnsembleRecord]) -> Iterator[Run]:
+def _parts(runs: Iterable[StudyRecord | ensembles.EnsembleRecord]) -> Iterator[Run]:
     """Yield the runs; one that was merged before is told as those that it was merged from."""
     for run in runs:
         yield from run.runs or [Run(run.created, run.command, run.seconds, run.machine)]
@@ -186,7 +180,7 @@ def _unlike(runs: list[StudyRecord]) -> Iterator[str]:
             yield f"{run.directory}: a {run.effort} run, the first one is {runs[0].effort}"
 
 
-def _other_versions(directory: Path, run: StudyRecord | EnsembleRecord) -> Iterator[str]:
+def _other_versions(directory: Path, run: StudyRecord | ensembles.EnsembleRecord) -> Iterator[str]:
     """Yield the packages, and the source of roughline, of a run that are not those here."""
     theirs = {**run.versions, "roughline's source": run.source or "not recorded"}
     ours = versions() | {"roughline's source": source_digest()}

@@ -18,20 +18,10 @@ from comparisons.judging.refinement import enlarged, expected, refinements
 from comparisons.judging.verdicts import of_steps, step_at
 from comparisons.machine import source_digest
 from comparisons.questions.campaign import WHOLE, Campaign, Options, Part
+from comparisons.results import store
 from comparisons.results.folder import MAILED, PAGE, Header, Layout, Run
 from comparisons.results.record import FIELDS_FOLDER, StudyRecord
 from comparisons.results.scene_record import record_scene
-from comparisons.results.store import (
-    DISTRIBUTIONS,
-    MEASURES,
-    RESULTS,
-    STUDY,
-    TO_TAKE,
-    read_study,
-    save_study,
-    write_exports,
-    write_fields,
-)
 from comparisons.solving.execution import compile_apart, execute
 from comparisons.solving.inquiries import SOLUTION, Inquiry, solve_job
 from comparisons.solving.jobs import Done, Job, Kind, Remaining
@@ -53,7 +43,9 @@ class Study(Campaign[None, StudyRecord]):
     """
 
     layout: ClassVar[Layout | None] = Layout(
-        STUDY, (RESULTS, MEASURES, DISTRIBUTIONS, TO_TAKE, PAGE, MAILED), FIELDS_FOLDER
+        store.STUDY,
+        (store.RESULTS, store.MEASURES, store.DISTRIBUTIONS, store.TO_TAKE, PAGE, MAILED),
+        FIELDS_FOLDER,
     )
 
     def __init__(
@@ -155,7 +147,7 @@ class Study(Campaign[None, StudyRecord]):
                 if task.realisations[0] == 0 and task.key in self._solutions
             }
             for path in fields.values() if self.paraview else ():
-                write_fields(path.with_suffix(".vtu"), self._solutions[path.stem].fields)
+                store.write_fields(path.with_suffix(".vtu"), self._solutions[path.stem].fields)
             prove = not header.interrupted
             scenes.append(record_scene(plan, self.solved(plan), fields, prove=prove))
         seconds = header.seconds + time.perf_counter() - started
@@ -175,8 +167,8 @@ class Study(Campaign[None, StudyRecord]):
         as `--resume` and `merge` do, and earlier loads only where a page shows them: on the finest
         grid of a method. Parts wait to be merged.
         """
-        save_study(record)
-        write_exports(record)
+        store.save_study(record)
+        store.write_exports(record)
         tasks = [task for plan in self.plans for task in plan.tasks]
         if record.interrupted or not all(task.key in self._solutions for task in tasks):
             return
@@ -200,7 +192,7 @@ class Study(Campaign[None, StudyRecord]):
 
     def seconds_before(self) -> float:
         """Return the seconds of the resumed run; ResultsError if scenes would be dropped."""
-        record = read_study(self.directory)
+        record = store.read_study(self.directory)
         dropped = {scene.name for scene in record.scenes} - {p.scene.name for p in self.plans}
         if dropped:
             raise ResultsError(

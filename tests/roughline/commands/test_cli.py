@@ -23,6 +23,7 @@ from comparisons.methods.registry import SOLVERS
 from comparisons.questions import study as study_module
 from comparisons.questions.claims.claim import load_claims
 from comparisons.questions.hard_cases.case import catalogue
+from comparisons.results import store
 from comparisons.results.store import load_study
 from comparisons.scene.scene import SUITES, builtin_names
 from roughline.commands import app as cli
@@ -541,7 +542,7 @@ def test_a_second_interrupt_while_the_first_is_dealt_with_is_still_code_3(
     command = ("run", ball, "--out", "o", "--no-pictures", "--methods", "closed_form")
     with monkeypatch.context() as patch:
         patch.setattr(study_module, "execute", stop)
-        patch.setattr(study_module, "save_study", stop)
+        patch.setattr(store, "save_study", stop)
         assert roughline(*command).code == 3
     assert roughline(*command, "--resume").code == 0
 
