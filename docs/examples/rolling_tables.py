@@ -17,21 +17,26 @@ import numpy as np
 
 from comparisons.judging.uncertainty import grid_uncertainty
 from comparisons.methods.rolling import SPIN_DOUBT
+from comparisons.questions.experiments.plane_rollers import (
+    PlaneElements,
+    PlaneSurface,
+    hertz,
+    moving_compliance,
+)
 from comparisons.questions.experiments.rolling import creep_coefficients
+from comparisons.questions.experiments.rolling_cylinders import Carter, RubberCylinder
 from reduced.friction.roll import roll as roll_springs
 from reduced.friction.slide import Friction
 from reduced.loads import Load
 from reduced.profiles.equivalents import paraboloid
 from reduced.springs.line import Springs
 from reference import loads as reference_loads
-from reference.closed_form.rolling_cylinders import Carter, RubberCylinder
 from reference.fem import Material
 from reference.fem.columns import ELEMENTS, Element
 from reference.fem.grid_body import ShearBody
 from reference.halfspace.friction import FrictionalPress
 from reference.halfspace.traction import Compliance, NormalAndTangential
 from reference.rolling.creep_theories import EllipticContact, fastsim, kalker, linear, on_grid
-from reference.rolling.plane import PlaneElements, PlaneSurface, hertz, moving_compliance
 from reference.rolling.roll import Creep, TangentialSurface, Upstream, rigid_slip, roll, steady
 from reference.viscoelastic.materials import GeneralisedMaxwell
 from reference.viscoelastic.rubber import slide_on_rubber

@@ -2,6 +2,5 @@
 
 - `roll`: pressed and rolled (`roll.roll`), tractions at given bounds on any elastic surface
   (`roll.steady`), and step by step from any state (`roll.roll_on`);
-- `plane`: rollers of infinite length on the half-space and on elements;
 - `creep_theories`: the limit of small creep, Kalker's table, and FASTSIM.
 """

@@ -35,7 +35,6 @@ from reference.halfspace.traction import Compliance, NormalAndTangential
 from reference.halfspace.wear import Oscillation, wear
 from reference.layered import Graded, Stack
 from reference.loads import History, Load, LoadPath
-from reference.lubrication import formulas
 from reference.lubrication import point as film
 from reference.lubrication.reynolds import rigid_cylinder
 from reference.particles import Automata, Domain, ParticleHalfSpace
@@ -270,21 +269,12 @@ WRONG = {
         ("speed must be positive", lambda: film.entrain(SOFT, 0.0, 8)),
         ("resolution .* 2", lambda: rigid_cylinder(1)),
         ("no ball of radius", lambda: film.entrain(SOFT, 1e3, 8)),
-        ("roughness must be finite", lambda: formulas.second_order_factors(-1.0)),
     ]
     # steps of the load shrink with the cells: on two there would be no next step
     + [
         (r"resolution must be .* 4", partial(solve, SOFT, 1e-2, cells))
         for solve in (film.entrain, film.approach)
         for cells in (1, 2, 3)
-    ]
-    + [
-        ("roughness must be positive", partial(formulas.patir_cheng_factor, wrong))
-        for wrong in (0.0, -1.0, np.nan)
-    ]
-    + [
-        ("gaps must be", partial(formulas.effective_medium_factor, gaps))
-        for gaps in ([], [1.0, np.nan], [-1.0, 1.0, 1.0])
     ],
     "surfaces": [
         ("hurst and power.*rms_slope and rms_height.*long", lambda: spectrum(long_cutoff=-1.0)),

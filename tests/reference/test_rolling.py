@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from reference.closed_form.rolling_cylinders import Carter
 from reference.fem import Material
 from reference.fem.columns import tensor
 from reference.fem.grid_body import ShearBody
@@ -13,8 +12,7 @@ from reference.halfspace.traction import Compliance, NormalAndTangential
 from reference.layered import Stack
 from reference.loads import Load, LoadPath
 from reference.rolling.creep_theories import EllipticContact, fastsim, linear, on_grid
-from reference.rolling.plane import PlaneSurface, hertz
-from reference.rolling.roll import Creep, Upstream, pressed, roll, steady
+from reference.rolling.roll import Creep, pressed, roll
 
 
 def ball(cells, nu=0.5, friction=0.3, coupled=False, ahead=1):
@@ -29,50 +27,6 @@ def ball(cells, nu=0.5, friction=0.3, coupled=False, ahead=1):
 
 def hertz_force(nu):
     return 4 / 3 * 2 / (1 - nu) * 0.9
-
-
-def carter_on_a_grid(cells, traction):
-    cylinder = Carter(1.0, 100.0, 0.3)
-    side = 1.0 / cells
-    x = (np.arange(-cells, cells + 1) + 0.5) * side
-    compliance = Compliance.of(1.0, 0.5)
-    # a^2 = 4 F R/(pi E*)
-    force = np.pi * compliance.effective_modulus / (4 * 100.0)
-    pressure = hertz(x, 1.0, force)[:, None]
-    flow = Upstream(PlaneSurface(x.size, side, compliance), pressure.shape)
-    creep = np.zeros((2, x.size, 1))
-    creep[0] = cylinder.creep(traction)
-    answer = steady(flow, 0.3 * pressure, creep)
-    return answer, answer.traction[0].sum() / (0.3 * pressure.sum()), x, cylinder
-
-
-@pytest.mark.parametrize("traction", [0.2, 0.5, 0.9])
-def test_cylinder_is_carters(traction):
-    answer, there, x, cylinder = carter_on_a_grid(160, traction)
-    assert abs(there / traction - 1) < 0.01
-    stick = np.flatnonzero((np.abs(x) < 1) & ~answer.sliding[:, 0])
-    # in one piece, from the leading edge
-    assert stick.size == np.ptp(stick) + 1
-    creep = cylinder.creep(traction)
-    assert_allclose(stick.size / 320, cylinder.stick_share(creep), atol=0.01)
-    exact = 0.3 * hertz(0.0, 1.0, np.pi * 4 / 400) * cylinder.shear(x, creep)
-    assert np.abs(answer.traction[0, :, 0] - exact).mean() < 0.01 * exact.max()
-
-
-def test_creep_of_a_traction_is_the_inverse_and_none_is_beyond_full_slip():
-    """To rounding, up to the full creep mu a/R, of either sign."""
-    cylinder, tractions = Carter(1.0, 100.0, 0.3), np.array([-1.0, -0.3, 0.0, 1e-12, 0.99, 1.0])
-    creeps = cylinder.creep(tractions)
-    assert_allclose(cylinder.traction(creeps), tractions, rtol=1e-12)
-    assert creeps[-1] == cylinder.full_creep
-    with pytest.raises(ValueError, match=r"traction must lie in \[-1, 1\]"):
-        cylinder.creep(1.01)
-
-
-def test_plane_rolling_is_of_first_order_in_the_cells():
-    errors = [carter_on_a_grid(n, 0.5)[1] / 0.5 - 1 for n in (20, 40, 80)]
-    orders = np.log2(np.array(errors[:-1]) / errors[1:])
-    assert (np.abs(orders - 1) < 0.25).all()
 
 
 @pytest.mark.slow

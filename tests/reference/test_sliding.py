@@ -8,14 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from reference.closed_form.rolling_cylinders import RubberCylinder
 from reference.contact.press import press
 from reference.halfspace import kernels as elastic
 from reference.halfspace.kernels import FreeOperator
 from reference.loads import Load
 from reference.viscoelastic.materials import GeneralisedMaxwell
 from reference.viscoelastic.rubber import slide_on_rubber
-from reference.viscoelastic.travelling import Travelling, TravellingPlane
+from reference.viscoelastic.travelling import Travelling
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(80)
 KELVIN = GeneralisedMaxwell.kelvin_voigt(0.25, 0.25)  # E* = 1, tau = 1
@@ -136,32 +135,3 @@ def test_units_do_not_matter():
     )
     assert_allclose(there.friction_coefficient, here.friction_coefficient, rtol=1e-10)
     assert_allclose(there.penetration, length * here.penetration, rtol=1e-10)
-
-
-@pytest.mark.parametrize("way", [0.3, 1.0, 10.0, 100.0])
-def test_cylinder_rolls_on_rubber_as_hunters(way):
-    """Closed form of a standard solid; 24 cells, of second order, err by 1e-4 and less."""
-    cylinder = RubberCylinder(1.0, 100.0, way, 0.25, 11.0)
-    x = cylinder.middle + (np.arange(72)[:, None] + 0.5) / 24 - 1.5
-    contact = slide_on_rubber(
-        TravellingPlane(72, 1 / 24, GeneralisedMaxwell.standard(0.25, 2.5, 1 / 11), way),
-        x**2 / 200,
-        Load("force", cylinder.force),
-        slope=x / 100,
-    )
-    assert_allclose(contact.friction_coefficient, cylinder.resistance, rtol=3e-4)
-    assert_allclose(contact.contact_area, 2, rtol=1e-12)  # whole cells
-
-
-def test_cylinder_on_kelvin_and_voigts_solid():
-    """Its pressure fades towards the trailing edge, where cells of no weight are in or out."""
-    cylinder = RubberCylinder(1.0, 100.0, 0.3, 0.25, np.inf)
-    x = cylinder.middle + (np.arange(72)[:, None] + 0.5) / 24 - 1.5
-    strips = TravellingPlane(72, 1 / 24, KELVIN, 0.3)
-    contact = slide_on_rubber(strips, x**2 / 200, Load("force", cylinder.force), slope=x / 100)
-    assert_allclose(contact.friction_coefficient, cylinder.resistance, rtol=1e-3)
-
-
-def test_a_solid_without_delay_has_no_closed_form_here():
-    with pytest.raises(ValueError, match="glassy must be above 1"):
-        RubberCylinder(1.0, 1.0, 1.0, 1.0, 1.0)

@@ -17,7 +17,12 @@ from comparisons.questions.experiments.experiment import (
     experiment,
     number_of,
 )
-from comparisons.questions.experiments.plane_flow import plane_flow
+from comparisons.questions.experiments.plane_flow import (
+    effective_medium_factor,
+    patir_cheng_factor,
+    plane_flow,
+    second_order_factors,
+)
 from comparisons.questions.experiments.rough_ensemble import (
     PeriodicSurface,
     Surface,
@@ -31,9 +36,6 @@ from reduced.rough.press import press as press_line
 from reference.lubrication.formulas import (
     CYLINDER,
     SoftFit,
-    effective_medium_factor,
-    patir_cheng_factor,
-    second_order_factors,
     soft_limit,
     sphere_film,
     wave_amplitude,

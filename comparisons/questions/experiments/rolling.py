@@ -23,13 +23,19 @@ from comparisons.questions.experiments.experiment import (
     experiment,
     one_of,
 )
+from comparisons.questions.experiments.plane_rollers import (
+    PlaneElements,
+    PlaneSurface,
+    hertz,
+    moving_compliance,
+)
+from comparisons.questions.experiments.rolling_cylinders import Carter, RubberCylinder
 from comparisons.questions.experiments.rough_ensemble import Surface
 from comparisons.solving.shared import shared
 from reduced.friction.roll import roll_rough
 from reduced.friction.slide import Friction, tangential_modulus
 from reference import loads as reference_loads
 from reference.arrays import Array, Mask
-from reference.closed_form.rolling_cylinders import Carter, RubberCylinder
 from reference.contact import slide as stick_slip
 from reference.errors import poisson_faults, positive_faults, refuse
 from reference.fem import Material
@@ -37,7 +43,6 @@ from reference.fem.grid_body import ShearBody
 from reference.halfspace.friction import FrictionalGrid
 from reference.halfspace.traction import Compliance, NormalAndTangential, cell_integrals
 from reference.rolling.creep_theories import kalker, on_grid
-from reference.rolling.plane import PlaneElements, PlaneSurface, hertz, moving_compliance
 from reference.rolling.roll import Creep, Upstream, pressed, roll_on, steady
 from reference.viscoelastic.materials import GeneralisedMaxwell
 from reference.viscoelastic.rubber import SlidingContact, slide_on_rubber

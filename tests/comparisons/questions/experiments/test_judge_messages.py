@@ -6,7 +6,12 @@ import pytest
 from comparisons.questions.experiments import coulomb
 from comparisons.questions.experiments.asperities import Asperities
 from comparisons.questions.experiments.bodies import array_force, pair_force
-from comparisons.questions.experiments.plane_flow import plane_flow
+from comparisons.questions.experiments.plane_flow import (
+    effective_medium_factor,
+    patir_cheng_factor,
+    plane_flow,
+    second_order_factors,
+)
 from comparisons.questions.experiments.punched_section import press_section
 
 
@@ -29,6 +34,12 @@ from comparisons.questions.experiments.punched_section import press_section
         ("not negative", lambda: plane_flow(-np.ones((4, 4)))),
         ("at least 3 cells", lambda: plane_flow(np.ones((2, 4)))),
         ("open somewhere", lambda: plane_flow(np.zeros((4, 4)))),
+        ("roughness must be finite", lambda: second_order_factors(-1.0)),
+        ("roughness must be positive", lambda: patir_cheng_factor(0.0)),
+        ("roughness must be positive", lambda: patir_cheng_factor(np.nan)),
+        ("gaps must be", lambda: effective_medium_factor([])),
+        ("gaps must be", lambda: effective_medium_factor([1.0, np.nan])),
+        ("gaps must be", lambda: effective_medium_factor([-1.0, 1.0, 1.0])),
     ],
 )
 def test_wrong_arguments_are_all_named(words, call):
