@@ -11,6 +11,8 @@ import signal
 import sys
 import threading
 import time
+from importlib.util import find_spec
+from pathlib import Path
 from types import FrameType
 from typing import Any
 
@@ -20,6 +22,9 @@ SAME_PRESS = 0.5
 # Seconds in which a destructor or a callback that swallowed a press ends, before it comes again.
 UNTIL_AGAIN = 0.01
 SHOW_CURSOR = b"\x1b[?25h"  # a bar on the terminal had hidden it
+# The five packages have common names.
+SHADOWED = "roughline's packages are shadowed by others:"
+PACKAGES = ("reduced", "reference", "comparisons", "reports")
 
 
 class Interrupts:
@@ -88,6 +93,34 @@ def open_standard_streams() -> None:
             setattr(sys, name, stream)
 
 
+def foreign_packages() -> list[str]:
+    """Return one line for each of our packages that is shadowed.
+
+    Resolves the packages as an import would, without importing them.
+
+    Examples
+    --------
+    >>> foreign_packages()
+    []
+    """
+    home = Path(__file__).resolve().parents[1]
+    lines = []
+    for name in PACKAGES:
+        spec = find_spec(name)
+        origin = (
+            None
+            if spec is None
+            else spec.origin or next(iter(spec.submodule_search_locations or []), None)
+        )
+        if origin is None:
+            lines.append(f"{name}: not found; roughline's own is {home / name}")
+        elif Path(origin).resolve().parent != home / name:
+            lines.append(
+                f"{name}: {Path(origin).resolve().parent} shadows roughline's own {home / name}"
+            )
+    return lines
+
+
 def main() -> None:
     """Run a command and exit with its code; a ctrl-C while packages are imported is one too."""
     interrupts = Interrupts()
@@ -96,8 +129,6 @@ def main() -> None:
     try:
         interrupts.listen()
         open_standard_streams()
-        from roughline.shadowed import SHADOWED, foreign_packages
-
         shadows = foreign_packages()
         if shadows:
             # before the first import that would end in a riddle

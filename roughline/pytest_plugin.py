@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from roughline.shadowed import SHADOWED, foreign_packages
+from roughline.__main__ import SHADOWED, foreign_packages
 
 if TYPE_CHECKING:
     from comparisons.methods import Solver

@@ -8,7 +8,7 @@ import pytest
 from comparisons.facts.methods import BUILT_IN, LAWS, METHODS, THEORIES
 from comparisons.methods.registry import SOLVERS, load
 from comparisons.scene.options import MethodOptions
-from roughline import shadowed
+from roughline import __main__ as start
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("reduced", "reference", "comparisons", "reports", "roughline")
@@ -61,8 +61,8 @@ def test_every_method_has_a_row_of_facts_solvers_and_options():
 
 
 def test_our_own_packages_are_no_foreigners():
-    assert shadowed.foreign_packages() == []
-    assert tuple(name for name in PACKAGES if name != "roughline") == shadowed.PACKAGES
+    assert start.foreign_packages() == []
+    assert tuple(name for name in PACKAGES if name != "roughline") == start.PACKAGES
 
 
 @pytest.mark.parametrize("layout", ["package", "module", "namespace"])
@@ -92,8 +92,8 @@ def test_a_foreign_package_of_our_name_is_named_with_both_places(python, tmp_pat
 
 
 def test_a_missing_package_is_named(monkeypatch):
-    monkeypatch.setattr(shadowed, "PACKAGES", ("reduced", "no_such_room"))
-    (line,) = shadowed.foreign_packages()
+    monkeypatch.setattr(start, "PACKAGES", ("reduced", "no_such_room"))
+    (line,) = start.foreign_packages()
     assert line == f"no_such_room: not found; roughline's own is {ROOT / 'no_such_room'}"
 
 

@@ -10,16 +10,19 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from comparisons.geometry.body_files import BodyFile, NamedPart, read_body
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.geometry.reading import FileError
 from comparisons.scene.body import AXES, Body
 from comparisons.scene.fields import excerpt
 from comparisons.scene.scene import Scene, SceneError
 from reference.fem.solid_mesh import SolidMesh, contact_nodes, free_motions
+
+if TYPE_CHECKING:
+    from comparisons.geometry.body_files import BodyFile, NamedPart
 
 # Contact is linearised about the direction of the indenter: at this slope the surface normal
 # deviates by 30 degrees, and forces along it by one seventh.
@@ -83,6 +86,8 @@ class BodyGeometry(IndenterGeometry):
 
 def with_body(scene: Scene, contact: IndenterGeometry) -> BodyGeometry:
     """Read and check the body of a scene, under the indenter on a half-space of its constants."""
+    from comparisons.geometry.body_files import read_body
+
     assert scene.body is not None
     try:
         return _checked(scene.body, read_body(Path(scene.directory) / scene.body.file), contact)

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 
-from comparisons.geometry.map_files.text import layout_of
 from comparisons.geometry.reading import FileError
 from comparisons.scene.units import FORCE, LENGTH, to_si
 
@@ -22,6 +21,8 @@ FEWEST, MOST = 3, 20_000  # points
 
 def read_curve(path: Path) -> tuple[np.ndarray, np.ndarray]:
     """Return measured penetrations and forces in SI units, in the order of the file."""
+    from comparisons.geometry.map_files.text import layout_of
+
     try:
         if path.stat().st_size > LARGEST_FILE:
             raise FileError(f"expected a file of at most {LARGEST_FILE / 1e6:g} MB")

@@ -3,30 +3,18 @@
 from __future__ import annotations
 
 import math
-import os
 from collections import Counter
 from collections.abc import Iterable
-from dataclasses import dataclass
-from pathlib import Path
 from types import SimpleNamespace
 
-from comparisons.errors import ResultsError
-from comparisons.questions.claims.record import (
-    RECORD,
-    VERDICTS,
-    ClaimRecord,
-    ClaimsRecord,
-    load_claims_record,
-)
+from comparisons.questions.claims.record import VERDICTS, ClaimRecord, ClaimsRecord
 from comparisons.questions.claims.wording import error_text, limit_words
 from reports.pages.page import render
 from reports.plots.claims import along, boundary_map, evidence
-from reports.plots.figure import Figure
 from reports.tables.validation import beyond, measurements
 
 # Of more claims the page shows how many have which verdict; a click, a link or a search opens them.
 MOST_UNFOLDED = 12
-FOLDER = "claims"  # where `roughline claims` writes, beside the folders of studies
 
 
 def claims_page(record: ClaimsRecord) -> str:
@@ -68,33 +56,3 @@ def claims_page(record: ClaimsRecord) -> str:
 def _tally(claims: Iterable[ClaimRecord]) -> list[tuple[str, int]]:
     counts = Counter(claim.verdict for claim in claims)
     return [(word, counts[word]) for word in VERDICTS if counts[word]]
-
-
-@dataclass(frozen=True)
-class ClaimsBeside:
-    """Claims tested next to a study, for its report.
-
-    `page` is the path of their own page relative to the report, "" if there is none; `figures`
-    holds the evidence for each claim, None where no parameter varies.
-    """
-
-    record: ClaimsRecord
-    page: str
-    figures: tuple[Figure | None, ...]
-
-
-def claims_beside(directory: Path) -> ClaimsBeside | None:
-    """Return the claims tested next to a study's folder, or None.
-
-    Damaged claims are also left out, so that they cannot prevent the report of the study.
-    """
-    folder = directory.resolve().parent / FOLDER
-    if folder == directory.resolve() or not (folder / RECORD).exists():
-        return None
-    try:
-        record = load_claims_record(folder)
-    except ResultsError:
-        return None
-    page = folder / "report.html"
-    link = Path(os.path.relpath(page, directory.resolve())).as_posix() if page.exists() else ""
-    return ClaimsBeside(record, link, tuple(map(evidence, record.claims)))

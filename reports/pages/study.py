@@ -8,6 +8,7 @@ fewer quantities.
 
 from __future__ import annotations
 
+import os
 from collections import Counter
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -18,18 +19,19 @@ from typing import Any
 from threadpoolctl import threadpool_limits
 
 from comparisons import formatting as fmt
+from comparisons.errors import ResultsError
 from comparisons.facts.methods import CLOSED_FORM, MODEL, ours, title_of
 from comparisons.facts.quantities import in_order, quantity
 from comparisons.files import write_text
 from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN, Verdict, worst
+from comparisons.questions.claims.record import RECORD, load_claims_record
 from comparisons.results.advice import ITSELF, Advice, Setting, advise, truth_known_to
 from comparisons.results.finding import answers, family, largest_error, methods_of, symbol, unjudged
 from comparisons.results.record import SceneRecord, StudyRecord, title_in
-from reports.pages.claims import FOLDER, claims_beside
 from reports.pages.page import render
-from reports.pictures import pictures
+from reports.pictures import NOTHING, Picture
 from reports.plots import curves, errors, physics, pressure, speed, stored, surfaces
-from reports.plots.claims import validity_map
+from reports.plots.claims import evidence, validity_map
 from reports.plots.errors import sweeps
 from reports.plots.figure import Figure
 from reports.plots.model import failure_view, reduced_picture
@@ -42,6 +44,7 @@ from reports.tables.judged import finding_table, not_computed, prepared_table
 from reports.tables.runs import plan_rows
 
 TURNING = "picture-view"
+FOLDER = "claims"  # where `roughline claims` writes, beside the folders of studies
 FIXED_ERRORS = (0.01, 0.001)
 MOST_NAMED = 2  # cheapest settings of a scene in the summary
 # The plots of a scene below its plan: name, heading, and what draws them.
@@ -133,21 +136,42 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
     )
 
 
+def claims_beside(directory: Path) -> SimpleNamespace | None:
+    """Return the claims tested next to a study's folder, or None.
+
+    Their record, the path of their own page relative to the report ("" if there is none), and the
+    evidence for each, None where no parameter varies. Damaged claims are also left out, so that
+    they cannot prevent the report of the study.
+    """
+    folder = directory.resolve().parent / FOLDER
+    if folder == directory.resolve() or not (folder / RECORD).exists():
+        return None
+    try:
+        record = load_claims_record(folder)
+    except ResultsError:
+        return None
+    page = folder / "report.html"
+    link = Path(os.path.relpath(page, directory.resolve())).as_posix() if page.exists() else ""
+    return SimpleNamespace(record=record, page=link, figures=list(map(evidence, record.claims)))
+
+
 def _views(record: StudyRecord, with_pictures: bool) -> list[SimpleNamespace]:
     # Rendering waits for a process of its own, and the plots need not wait for it.
     with ThreadPoolExecutor(1) as beside:
-        images = (
-            beside.submit(pictures.draw, record.scenes, record.directory) if with_pictures else None
-        )
+        images = None
+        if with_pictures:
+            from reports.pictures import pictures  # what draws takes long to import
+
+            images = beside.submit(pictures.draw, record.scenes, record.directory)
         views = [
             scene_view(scene, f"scene-{number}")
             for number, scene in enumerate(record.scenes, start=1)
         ]
-        off = pictures.Picture(note="Pictures are switched off.")
+        off = Picture(note="Pictures are switched off.")
         drawn = images.result() if images else [off] * len(views)
     for view, picture in zip(views, drawn, strict=True):
         # Where there is none, the model's own figure is picture enough.
-        if not (view.figures["model"] and picture.note == pictures.NOTHING):
+        if not (view.figures["model"] and picture.note == NOTHING):
             view.picture = picture
     return views
 
@@ -203,7 +227,7 @@ def scene_view(scene: SceneRecord, anchor: str) -> SimpleNamespace:
         times=times_to_errors(scene, advice),
         stability=tables.stability(scene),
         steps=tables.load_steps(scene),
-        picture=pictures.Picture(),
+        picture=Picture(),
     )
 
 

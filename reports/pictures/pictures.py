@@ -15,11 +15,10 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from io import BytesIO
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -28,7 +27,7 @@ from comparisons import formatting as fmt
 from comparisons.facts.methods import METHODS, references
 from comparisons.files import write_atomically
 from comparisons.results.record import SceneRecord
-from reports.pictures import turning
+from reports.pictures import NOTHING, ColourBar, Picture, turning
 from reports.plots.stored import stored_fields
 
 FOLDER = "pictures"  # in the results folder
@@ -36,32 +35,7 @@ MOST_BYTES = 4_000_000  # of a stored picture
 DIGITS = 32  # of a digest
 DRAWING = "rendering.py"  # what a picture depends on besides its data
 STARTUP_SECONDS, PICTURE_SECONDS = 60.0, 30.0
-NOTHING = "No picture: no method stored a pressure map, a rough surface or a stressed body."
 RENDERER_MISSING = "No picture: this machine has no working renderer."
-
-
-@dataclass(frozen=True)
-class ColourBar:
-    """A colour bar, drawn by the page so that its text follows light and dark mode."""
-
-    label: str
-    low: str
-    high: str
-    palette: str  # "viridis" or "cividis"
-
-
-@dataclass(frozen=True)
-class Picture:
-    """A picture, or the note that replaces it if `png` is empty.
-
-    `view` is the same picture as an interactive plotly scene; it needs no renderer.
-    """
-
-    png: bytes = b""
-    caption: str = ""
-    bar: ColourBar | None = None
-    note: str = ""
-    view: dict[str, Any] | None = field(default=None, repr=False)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,6 @@ from comparisons.isolation.parent import Limits
 from comparisons.machine import MEMORY_SHARE, free_memory
 from comparisons.methods.normal.grid import cells, contact_step, make_grid
 from comparisons.methods.solver import Refused, Solver
-from comparisons.peers import client
 from comparisons.scene.options import PeerOptions
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
@@ -38,6 +37,8 @@ class PeerSolver(Solver[Geometry]):
         self.periodic = scene.surface is not None and scene.surface.periodic
         if scene.loading.control == "mean_gap" and not self.periodic:
             raise Refused("no mean-gap control on a free half-space: use bem_fft")
+        from comparisons.peers import client
+
         if not client.installed(self.name):  # last: installing helps only who can do the scene
             raise Refused("not installed: pip install 'roughline[peers]'", missing=True)
         self.tolerance, self.seconds = options.tolerance, options.seconds
@@ -55,6 +56,8 @@ class PeerSolver(Solver[Geometry]):
         return f"{METHODS[self.name].title}, a public code, on the same cells as bem_fft"
 
     def solve(self, task: Task) -> Solution:
+        from comparisons.peers import client
+
         solution = Solution.empty(task)
         grids = [
             make_grid(task.geometry, task.resolution, realisation)

@@ -10,8 +10,7 @@ from comparisons.questions.claims.record import RECORD, ClaimRecord, ClaimsRecor
 from comparisons.results.advice import advise
 from comparisons.results.record import SceneRecord
 from reports.pages import study as html
-from reports.pages.claims import claims_beside
-from reports.pages.study import compared_methods, scene_view, times_to_errors
+from reports.pages.study import claims_beside, compared_methods, scene_view, times_to_errors
 from reports.tables import scene as tables
 
 
