@@ -91,11 +91,6 @@ class HalfSpace(SceneTable):
         return not self.layers and self.thickness is None and self.grading is None
 
     @property
-    def has_modulus(self) -> bool:
-        """Whether the table has a modulus; beside [viscoelastic] it needs none."""
-        return any((self.youngs_modulus, self.shear_modulus, self.effective_modulus))
-
-    @property
     def modulus(self) -> float:
         """Effective modulus E* = E / (1 - nu^2) = 2 G / (1 - nu)."""
         if self.effective_modulus is not None:

@@ -170,59 +170,33 @@ class Scene(_Physics):
         return max((face.realisations for face in random or self.surfaces), default=1)
 
     @model_validator(mode="after")
-    def _two_faces_that_match(self) -> Scene:
-        if self.surface is None or self.surface2 is None:
-            return self
-        if self.surface.periodic != self.surface2.periodic:
+    def _tables_that_fit(self) -> Scene:
+        """Refuse what no single table shows."""
+        indenter, loading = self.indenter, self.loading
+        flat = indenter is not None and indenter.flat
+        if len({face.periodic for face in self.surfaces}) > 1:
             raise fail("surface2.periodic: expected both surfaces periodic, or both free patches")
-        return self
-
-    @model_validator(mode="after")
-    def _counter_body_is_a_half_space(self) -> Scene:
-        if self.counter_body is None:
-            return self
-        if self.body is not None:
+        if self.counter_body is not None and self.body is not None:
             raise fail("counter_body: expected no [body]: the indenter of a meshed body is rigid")
-        if self.indenter is not None and self.indenter.flat:
+        if self.counter_body is not None and flat:
             raise fail(
                 "counter_body: expected an [indenter] without a sharp edge: an elastic punch is "
                 "not a half-space, and its compliance does not add"
             )
-        return self
-
-    @model_validator(mode="after")
-    def _physics_that_fits(self) -> Scene:
         for name in self.physics:
             getattr(self, name).check(self)
-        return self
-
-    @model_validator(mode="after")
-    def _forces_that_press(self) -> Scene:
-        """Without adhesion no force of a path pulls, and one of them presses."""
-        force = self.loading.forces
-        if force is None or self.adhesion is not None:
-            return self
-        if min(force.values) < 0:
-            raise fail("loading.force: expected no negative force without [adhesion]")
-        if max(force.values) == 0 and self.dynamics is None:
-            raise fail("loading.force: expected at least one positive force")
-        return self
-
-    @model_validator(mode="after")
-    def _pressures_on_an_area(self) -> Scene:
-        """Take a nominal pressure where the area is known that it acts on."""
-        flat = self.indenter is not None and self.indenter.face_area is not None
-        if self.loading.pressure is not None and self.surface is None and not flat:
+        # without adhesion no force of a path pulls, and one of them presses
+        if loading.forces is not None and self.adhesion is None:
+            if min(loading.forces.values) < 0:
+                raise fail("loading.force: expected no negative force without [adhesion]")
+            if max(loading.forces.values) == 0 and self.dynamics is None:
+                raise fail("loading.force: expected at least one positive force")
+        if loading.pressure is not None and self.surface is None and not flat:
             raise fail(
                 "loading.pressure: expected a [surface] or a flat face, whose area makes it a "
                 "force: prescribe force"
             )
-        return self
-
-    @model_validator(mode="after")
-    def _a_force_proportional_to_the_modulus(self) -> Scene:
-        """Take a measured curve where force scales with E* alone: of an indenter."""
-        simple = self.indenter is not None and self.body is None and self.half_space.uniform
+        simple = indenter is not None and self.body is None and self.half_space.uniform
         if self.compare.measured is not None and (self.physics or not simple):
             raise fail(
                 "compare.measured: expected an [indenter] on a uniform half-space without further "

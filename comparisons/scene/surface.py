@@ -8,10 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import (
     BeforeValidator,
-    Discriminator,
     Field,
     StrictBool,
-    Tag,
     ValidationInfo,
     field_validator,
     model_validator,
@@ -112,12 +110,7 @@ class MeasuredMap(SceneTable):
         return value
 
 
-Surface = Annotated[
-    Annotated[SelfAffine, Tag("self_affine")] | Annotated[MeasuredMap, Tag("map")],
-    Discriminator(
-        lambda value: value.get("kind") if isinstance(value, dict) else getattr(value, "kind", None)
-    ),
-]
+Surface = Annotated[SelfAffine | MeasuredMap, Field(discriminator="kind")]
 
 
 Heights = NDArray[np.float64]

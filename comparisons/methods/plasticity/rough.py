@@ -14,6 +14,7 @@ from comparisons.methods.normal.grid import Grid, block_means, blocks_of, contac
 from comparisons.methods.normal.reduced_lines import LineSolver, line_curves, line_fields
 from comparisons.methods.plasticity.indentation import PHYSICS
 from comparisons.methods.solver import Refused, needed
+from comparisons.scene.physics.tables.plasticity import HARDNESS
 from comparisons.scene.scene import Scene
 from comparisons.tasks.shown_loads import Fields
 from comparisons.tasks.solution import Solution, Stopwatch
@@ -42,7 +43,7 @@ class GridPlasticity(BemFft):
             )
         if self.plasticity.hardens:
             raise Refused("caps its pressure at one hardness: without hardening")
-        self.beside = f"pressure capped at {self.plasticity.cap_in_words}"
+        self.beside = f"pressure capped at {HARDNESS} Y"
 
     def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
         """Return two grids: what yields is searched for at every load."""
@@ -108,7 +109,7 @@ class LinePlasticity(LineSolver):
             hardening = "; hardening is left out" if plasticity.hardens else ""
             self.beside = (
                 f", capped where the stress (19.37) by {part}their deflection and the radius of "
-                f"{whose} reaches {plasticity.cap_in_words}{hardening}"
+                f"{whose} reaches {HARDNESS} Y{hardening}"
             )
 
     def block(self, resolution: int) -> int:

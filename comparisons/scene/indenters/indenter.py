@@ -14,6 +14,8 @@ class Indenter(SceneTable):
     """What every shape has; its subclasses in this package are the catalogue."""
 
     shape: str
+    # Whether errors of grids were measured on its like: no corners, no kinks of a table.
+    regular: ClassVar[bool] = True
 
     def __eq__(self, other: object) -> bool:
         """Compare the keys: what properties remember of them, arrays among it, cannot differ."""
@@ -33,11 +35,6 @@ class Indenter(SceneTable):
         """Return what a module's public function of the shape's name makes; None without one."""
         make = getattr(module, self.shape, None)
         return make(**self.parameters, **more) if callable(make) else None
-
-    @property
-    def regular(self) -> bool:
-        """Whether errors of grids were measured on its like: no corners, no kinks of a table."""
-        return True
 
     @property
     def axisymmetric(self) -> bool:

@@ -66,11 +66,6 @@ class Plasticity(PhysicsTable):
         """H, the mean pressure of full yield, in Pa."""
         return HARDNESS * self.yield_stress
 
-    @property
-    def cap_in_words(self) -> str:
-        """H as it follows from the yield stress."""
-        return f"{HARDNESS} Y"
-
     def description(self, poisson_ratio: float) -> tuple[str, str]:
         law = "perfectly plastic"
         if self.hardening:

@@ -84,9 +84,10 @@ class Viscoelastic(PhysicsTable):
 
     def check(self, scene: Scene) -> None:
         """Let moduli that stand in [half_space], too, agree: those of this table count."""
-        if not scene.half_space.has_modulus:
+        table = scene.half_space
+        if not (table.youngs_modulus or table.shear_modulus or table.effective_modulus):
             return
-        modulus = 0.5 * scene.half_space.modulus * (1 - scene.poisson_ratio)
+        modulus = 0.5 * table.modulus * (1 - scene.poisson_ratio)
         moduli = (self.long_term_modulus, self.instantaneous_modulus)
         known = [choice for choice in moduli if 0 < choice < math.inf]
         if not any(abs(modulus - choice) <= SAME_MODULUS * choice for choice in known):
