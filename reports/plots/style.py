@@ -40,7 +40,6 @@ class Dash:
 
 SOLID, DASHED = Dash("solid", "-"), Dash("dash", (0, (4, 1.5)))
 DOTTED = Dash("dot", (0, (1, 1.2)))
-OUTSIDE = Dash("longdashdot", (0, (7, 1.5, 1, 1.5)))
 CIRCLE, CROSS = Marker("circle", "o"), Marker("x", "x")
 
 
@@ -63,45 +62,40 @@ class Look:
         return f"{self.label}, N = {count(resolution)}"
 
 
-LOOKS = {
-    name: Look(METHODS[name].title, *drawn)
-    for name, drawn in {
-        "closed_form": (INK, Marker("star", "*"), SOLID, 9),
-        "reduced": (VERMILION, CIRCLE, DASHED, 6),
-        "bem_dense": (SKY, Marker("square", "s"), DOTTED, 10),
-        "bem_fft": (BLUE, Marker("diamond", "D"), Dash("dashdot", (0, (5, 1.5, 1, 1.5))), 9),
-        "fem": (GREEN, Marker("triangle-up", "^"), Dash("longdash", (0, (7, 2))), 12),
-        "mca": (PURPLE, Marker("hexagon2", "H"), Dash("4px,4px", (0, (4, 4))), 10),
-        # Other people's codes are grey.
-        "tamaas": (PEER, Marker("pentagon", "p"), OUTSIDE, 11),
-        "contactmechanics": (PEER, Marker("hexagon", "h"), Dash("6px,3px", (0, (5, 2.5))), 8),
-        "ngsolve": (PEER, Marker("star-triangle-up", "P"), Dash("4px,2px", (0, (3, 1.5))), 9),
-    }.items()
-}
 # Colour, marker and dash (each for plotly and matplotlib), size.
-_MORE: dict[str, tuple[str, str, str | int, str, tuple[float, float], float]] = {
+_LOOKS: dict[str, tuple[str, str, str | int, str, Any, float]] = {
+    "closed_form": (INK, "star", "*", "solid", "-", 9),
+    "reduced": (VERMILION, "circle", "o", "dash", (0, (4, 1.5)), 6),
+    "bem_dense": (SKY, "square", "s", "dot", (0, (1, 1.2)), 10),
+    "bem_fft": (BLUE, "diamond", "D", "dashdot", (0, (5, 1.5, 1, 1.5)), 9),
+    "fem": (GREEN, "triangle-up", "^", "longdash", (0, (7, 2)), 12),
+    "mca": (PURPLE, "hexagon2", "H", "4px,4px", (0, (4, 4)), 10),
+    # Other people's codes are grey.
+    "tamaas": (PEER, "pentagon", "p", "longdashdot", (0, (7, 1.5, 1, 1.5)), 11),
+    "contactmechanics": (PEER, "hexagon", "h", "6px,3px", (0, (5, 2.5)), 8),
+    "ngsolve": (PEER, "star-triangle-up", "P", "4px,2px", (0, (3, 1.5)), 9),
     # of rolling and of films, in plans of such scenes only
-    "fastsim": ("#882255", "triangle-left", "<", "5px,2px", (4, 2), 9),
-    "hamrock_dowson": ("#661100", "x", "x", "8px,2px", (7, 1.5), 9),
-    "kalker": ("#999933", "triangle-right", ">", "2px,4px", (1.5, 3), 9),
+    "fastsim": ("#882255", "triangle-left", "<", "5px,2px", (0, (4, 2)), 9),
+    "hamrock_dowson": ("#661100", "x", "x", "8px,2px", (0, (7, 1.5)), 9),
+    "kalker": ("#999933", "triangle-right", ">", "2px,4px", (0, (1.5, 3)), 9),
     # of rough contact, and fits for balls that dent, where a scene names them
-    "persson": ("#882255", "diamond-tall", "d", "5px,3px", (4, 3), 10),
-    "persson_xu": ("#332288", "triangle-sw", 6, "3px,3px", (3, 3), 9),
-    "greenwood_williamson": ("#999933", "star-square", "8", "2px,3px", (1.5, 2), 9),
-    "bush_gibson_thomas": ("#AA4499", "star-diamond", "X", "8px,3px", (6, 2.5), 9),
-    "kogut_etsion": ("#882255", "triangle-nw", 4, "6px,2px", (5, 2), 9),
-    "jackson_green": ("#999933", "triangle-ne", 5, "3px,4px", (2, 3), 9),
+    "persson": ("#882255", "diamond-tall", "d", "5px,3px", (0, (4, 3)), 10),
+    "persson_xu": ("#332288", "triangle-sw", 6, "3px,3px", (0, (3, 3)), 9),
+    "greenwood_williamson": ("#999933", "star-square", "8", "2px,3px", (0, (1.5, 2)), 9),
+    "bush_gibson_thomas": ("#AA4499", "star-diamond", "X", "8px,3px", (0, (6, 2.5)), 9),
+    "kogut_etsion": ("#882255", "triangle-nw", 4, "6px,2px", (0, (5, 2)), 9),
+    "jackson_green": ("#999933", "triangle-ne", 5, "3px,4px", (0, (2, 3)), 9),
     # contacts of other people's codes
-    "lammps_hertz": (PEER, "diamond-wide", 7, "2px,2px", (1, 2), 9),
-    "lammps_jkr": (PEER, "star-triangle-down", 10, "3px,2px", (2, 1), 9),
-    "lammps_mdr": (PEER, "triangle-se", 11, "7px,3px", (5, 1), 9),
-    "drake": (PEER, "hourglass", "$D$", "9px,2px", (6, 1), 10),
-    "slippy": (PEER, "circle-cross", "$S$", "11px,2px", (7, 1), 10),
-    "mujoco": (PEER, "octagon", "$M$", "1px,2px", (1, 1), 10),
+    "lammps_hertz": (PEER, "diamond-wide", 7, "2px,2px", (0, (1, 2)), 9),
+    "lammps_jkr": (PEER, "star-triangle-down", 10, "3px,2px", (0, (2, 1)), 9),
+    "lammps_mdr": (PEER, "triangle-se", 11, "7px,3px", (0, (5, 1)), 9),
+    "drake": (PEER, "hourglass", "$D$", "9px,2px", (0, (6, 1)), 10),
+    "slippy": (PEER, "circle-cross", "$S$", "11px,2px", (0, (7, 1)), 10),
+    "mujoco": (PEER, "octagon", "$M$", "1px,2px", (0, (1, 1)), 10),
 }
-LOOKS |= {
-    name: Look(METHODS[name].title, colour, Marker(sign, printed), Dash(dash, (0, on_off)), size)
-    for name, (colour, sign, printed, dash, on_off, size) in _MORE.items()
+LOOKS = {
+    name: Look(METHODS[name].title, colour, Marker(sign, printed), Dash(dash, on_off), size)
+    for name, (colour, sign, printed, dash, on_off, size) in _LOOKS.items()
 }
 # A user's methods are grey, too; in the order of their names, no two of twelve are alike.
 OUTSIDE_MARKERS = (
