@@ -6,6 +6,7 @@ import json
 import shlex
 import sys
 from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -57,14 +58,28 @@ def problems(problem: str | None = None, *, out: Path | None = None) -> int:
     sheet = sheet_of(problem)
     say(sheet_text(sheet))
     console.print(drawn(sheet_table(sheet)))
-    if out is not None:
-        from comparisons.results.folder import held
+    if out is None:
+        return FINE
+    import numpy as np
 
-        if (out / ENTRY).exists():
-            raise InputError(f"{out / ENTRY}: exists; choose another folder")
-        with held(out):
-            paths = write_problem(sheet, out)
-        say("\n".join(map(str, paths)))
+    from comparisons.files import write_atomically, write_text
+    from comparisons.geometry.prepare import RoughGeometry, prepare
+    from comparisons.results.folder import held
+
+    paths = [out / "scene.toml", out / ENTRY]
+    if paths[1].exists():
+        raise InputError(f"{paths[1]}: exists; choose another folder")
+    with held(out):
+        geometry, loads = prepare(sheet.scene)
+        write_text(paths[0], sheet.scene.text)
+        blank = blank_entry(sheet, len(loads.values))
+        write_text(paths[1], json.dumps(blank, indent=1) + "\n")
+        if isinstance(geometry, RoughGeometry):
+            heights = geometry.heights(0, geometry.points[0])
+            paths.append(out / "heights.csv")
+            save = partial(np.savetxt, X=heights, delimiter=",", fmt="%.17g")
+            write_atomically(paths[-1], save)
+    say("\n".join(map(str, paths)))
     return FINE
 
 
@@ -138,25 +153,6 @@ def _write_page(directory: Path) -> list[str]:
         say(f"not judged: {problem}")
     say(directory / PAGE)
     return refused
-
-
-def write_problem(sheet: Sheet, folder: Path) -> list[Path]:
-    """Write the files of a sheet for other people's solvers and return their paths."""
-    import numpy as np
-
-    from comparisons.files import write_atomically, write_text
-    from comparisons.geometry.prepare import RoughGeometry, prepare
-
-    geometry, loads = prepare(sheet.scene)
-    steps = len(loads.values)
-    paths = [folder / "scene.toml", folder / ENTRY]
-    write_text(paths[0], sheet.scene.text)
-    write_text(paths[1], json.dumps(blank_entry(sheet, steps), indent=1) + "\n")
-    if isinstance(geometry, RoughGeometry):
-        heights = geometry.heights(0, geometry.points[0])
-        paths.append(folder / "heights.csv")
-        write_atomically(paths[-1], lambda s: np.savetxt(s, heights, delimiter=",", fmt="%.17g"))
-    return paths
 
 
 def blank_entry(sheet: Sheet, steps: int) -> dict[str, Any]:

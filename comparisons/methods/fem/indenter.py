@@ -90,6 +90,7 @@ class Fem(FemSolver[IndenterGeometry]):
         self.points, self.solver = scene.methods.fem.points, scene.methods.fem.solver
         self.indenter = needed(scene.indenter, "single contacts only")
         self.straight = self.indenter.outline is not None
+        self.stiff = scene.half_space.elastic_constants[1] > LARGEST_POISSON_ITERATED
         self.stretch = contact_stretch(self.indenter)
 
     @classmethod
@@ -128,7 +129,7 @@ class Fem(FemSolver[IndenterGeometry]):
         if chosen == "conjugate_gradients":
             solved = "solved by conjugate gradients"
         elif chosen == "automatic" and not solver_problem(self.scene, "conjugate_gradients"):
-            if self._nearly_incompressible:
+            if self.stiff:
                 stiff = f"nu above {LARGEST_POISSON_ITERATED:g}: many steps for conjugate gradients"
                 solved += f" ({stiff})"
             else:
@@ -138,15 +139,12 @@ class Fem(FemSolver[IndenterGeometry]):
 
     def _linear_solver(self, mesh: fem.RingMesh | fem.TensorMesh) -> str:
         """Return the solver of a mesh: a factorisation where it fits into some gigabytes."""
-        chosen = self.solver
-        large = chosen == "automatic" and mesh.unknowns > MOST_CONDENSED
-        large = large and not self._nearly_incompressible
-        large = large and not solver_problem(self.scene, "conjugate_gradients")
-        return "conjugate_gradients" if large else chosen.replace("automatic", "nested_dissection")
-
-    @property
-    def _nearly_incompressible(self) -> bool:
-        return self.scene.half_space.elastic_constants[1] > LARGEST_POISSON_ITERATED
+        if self.solver != "automatic":
+            return self.solver
+        large = mesh.unknowns > MOST_CONDENSED and not self.stiff
+        if large and not solver_problem(self.scene, "conjugate_gradients"):
+            return "conjugate_gradients"
+        return "nested_dissection"
 
     def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
         body = self.body(task)

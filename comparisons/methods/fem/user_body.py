@@ -56,6 +56,7 @@ class FemBody(FemSolver[BodyGeometry]):
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         self.enforcement, self.solver = enforcement_of(scene), scene.methods.fem.solver
+        self.soft = scene.elastic_constants[1] <= LARGEST_POISSON_ITERATED
 
     @classmethod
     def takes(cls, scene: Scene) -> bool:
@@ -99,12 +100,8 @@ class FemBody(FemSolver[BodyGeometry]):
         """Return the solver of so many unknowns: a factorisation up to the size where it pays."""
         if self.solver != "automatic":
             return self.solver
-        large = self._soft and count > MOST_FACTORISED
+        large = self.soft and count > MOST_FACTORISED
         return "conjugate_gradients" if large else "nested_dissection"
-
-    @property
-    def _soft(self) -> bool:
-        return self.scene.elastic_constants[1] <= LARGEST_POISSON_ITERATED
 
     def model(self, geometry: BodyGeometry) -> str:
         cells = f"{len(geometry.solid.cells)} {geometry.solid.kind.name} cells"
@@ -113,7 +110,7 @@ class FemBody(FemSolver[BodyGeometry]):
         solved = "condensed by nested dissection"
         if self.solver == "conjugate_gradients":
             solved = "solved by conjugate gradients with algebraic multigrid"
-        elif self.solver == "automatic" and self._soft:
+        elif self.solver == "automatic" and self.soft:
             solved += f" (above {MOST_FACTORISED // 1000} 000 unknowns solved by conjugate "
             solved += "gradients with algebraic multigrid)"
         elif self.solver == "automatic":
