@@ -34,8 +34,7 @@ from reduced.motion.course import Mass, Push, Stepping, move
 from reduced.motion.elastic_impact import SpringContact, impact_depth, strike
 from reduced.springs.line import Springs
 from reference import viscoelastic as reference
-from reference.dynamics.collision import collide, collide_curve
-from reference.dynamics.vibration import course
+from reference.dynamics.collision import collide, collide_curve, course
 
 PHYSICS = frozenset({"dynamics"})
 VISCOELASTIC = frozenset({"viscoelastic", "dynamics"})

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from comparisons.questions.experiments import coulomb
+from comparisons.questions.experiments import coulomb, vibrations
 from comparisons.questions.experiments.coulomb import march, stick_slip
 from comparisons.questions.experiments.event_driven import follow
 from reduced.motion import blocks as law
@@ -33,7 +33,7 @@ from reduced.profiles.equivalents import (
 )
 from reduced.springs.line import Springs
 from reference import closed_form
-from reference.dynamics import collision, vibration
+from reference.dynamics import collision
 from reports.tables.written import rewrite
 
 PAGES = Path(__file__).resolve().parents[1]
@@ -300,9 +300,9 @@ LOAD, DEPTH = 1 / 6, 0.25
 def backbone() -> list[list[str]]:
     """Frequency of free vibrations over that of small ones, against the largest penetration."""
     rows = [["deepest/d0", "flight", "springs in steps", "by energy", "1 - (A/d0)^2/24"]]
-    limit = vibration.deepest_without_flight(BALL, LOAD) / DEPTH
+    limit = vibrations.deepest_without_flight(BALL, LOAD) / DEPTH
     for deepest in (1.01, 1.1, 1.5, limit, 2.0, 3.0):
-        period = vibration.free_period(BALL, 1.0, LOAD, deepest * DEPTH)
+        period = vibrations.free_period(BALL, 1.0, LOAD, deepest * DEPTH)
         contact = SpringContact(Springs(paraboloid(1.0), 1.0), deepest * DEPTH)
         steps = 4000
         run = move(
@@ -315,7 +315,7 @@ def backbone() -> list[list[str]]:
         k = np.flatnonzero((v[1:-1] > 0) & (v[2:] <= 0))[0] + 1
         stepped = run.time[k] + h * v[k] / (v[k] - v[k + 1])
         amplitude = 0.5 * (deepest - run.position.min() / DEPTH)
-        series = vibration.power_backbone(2, amplitude)
+        series = vibrations.power_backbone(2, amplitude)
         cells = [f"{deepest:.4g}", "yes" if deepest > limit else "no"]
         numbers = [f"{2 * math.pi / t:.6f}" for t in (stepped, period)]
         rows.append([*cells, *numbers, f"{series:.6f}" if deepest <= limit else "-"])
@@ -332,7 +332,7 @@ def forced() -> list[list[str]]:
     step = 2 * math.pi / per
     for share in (0.001, 0.03, 0.1, 0.15, 0.2, 0.3):
         start = time.process_time()
-        true = vibration.forced_vibration(
+        true = vibrations.forced_vibration(
             *(BALL, 1.0, damping, LOAD, share * LOAD, 1.0), periods=80, tolerance=1e-9
         )
         middle = time.process_time()
@@ -344,7 +344,7 @@ def forced() -> list[list[str]]:
             scheme="verlet",
         )
         spent = f"{time.process_time() - middle:.2f}, {middle - start:.2f}"
-        linear = vibration.linear_amplitude(1.0, 1.0, 0.1, share * LOAD, 1.0)
+        linear = vibrations.linear_amplitude(1.0, 1.0, 0.1, share * LOAD, 1.0)
         stepped = 0.5 * np.ptp(run.position[-per:])
         sizes = [f"{a / DEPTH:.5f}" for a in (stepped, true.amplitude, linear)]
         rows.append([f"{share}", *sizes, f"{true.flight:.3f}", spent])

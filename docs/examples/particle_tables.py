@@ -12,12 +12,12 @@ from pathlib import Path
 
 import numpy as np
 
+from comparisons.questions.experiments.particles import wave_speeds
 from comparisons.scene.scene import make_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 from reference.elasticity import lame_parameters
-from reference.particles.automata import wave_speeds
 from reports.tables.written import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "methods.md"

@@ -1,4 +1,4 @@
-"""A rigid mass against an elastic half-space: quasi-static, and with radiated waves.
+"""A rigid mass against an elastic half-space: impacts, the course in time, radiated waves.
 
 Quasi-static is m x'' = -F(x) from x = 0 at the velocity v, F the static force of a penetration
 (Hertz 1881), in closed form or by quadrature.
@@ -13,8 +13,9 @@ shear modulus and the speed of shear waves; int beta (dF/dt)^2 dt is radiated.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -31,6 +32,9 @@ from reference.closed_form.shapes import power_law
 from reference.errors import ConvergenceError
 
 Curve = Callable[[Any], Any]
+Rates = Callable[[float, Array], Sequence[float]]
+
+_MOST_TOUCHES = 10_000
 
 # Contact time of Hertz's impact in units of delta_max/v: 2 int_0^1 dx/sqrt(1 - x^(5/2)).
 HERTZ_DURATION = 0.8 * float(beta(0.4, 0.5))
@@ -191,6 +195,106 @@ def _by_quadrature(force: Curve, energy: Curve, mass: float, depth: float) -> Co
     return Collision(2 * time, depth, float(force(depth)), max(bar, 1e-13))
 
 
+def through_touches(
+    rates: Rates,
+    span: tuple[float, float],
+    state: Array,
+    tolerance: float,
+    times: Array,
+    out: Array,
+) -> Array:
+    """Integrate y' = rates(t, y), y = (x, x'), restarting at every zero of x; return the end.
+
+    There the force is not smooth. All numbers are of order one, so the tolerance is relative and
+    absolute. The states at those of the `times` that lie in the span go to `out`.
+    """
+
+    def touching(_: float, y: Array) -> float:
+        return y[0]
+
+    touching.terminal = True  # type: ignore[attr-defined]
+    start, end = span
+    for _ in range(_MOST_TOUCHES):
+        run = solve_ivp(
+            *(rates, (start, end), state),
+            method="DOP853",
+            rtol=tolerance,
+            atol=tolerance,
+            events=touching,
+            dense_output=True,
+        )
+        if run.status < 0:
+            raise ConvergenceError(f"the motion could not be integrated: {run.message}")
+        inside = (times >= start) & (times <= run.t[-1])
+        if inside.any():
+            out[:, inside] = run.sol(times[inside])
+        start, state = float(run.t[-1]), run.y[:, -1]
+        if run.status == 1:
+            # slightly beyond the surface, so that the same crossing is not detected again
+            state = np.array([np.copysign(tolerance, state[1]), state[1]])
+        if not start < end:
+            return state
+    raise ConvergenceError(f"the mass touched {_MOST_TOUCHES} times before the end", [start])
+
+
+def course(
+    form: ClosedForm,
+    mass: float,
+    velocity: float,
+    times: ArrayLike,
+    history: tuple[ArrayLike, ArrayLike] | None = None,
+) -> tuple[Array, Array]:
+    """Return x and x' at given times of m x'' = f(t) - F(x), x = 0 and x' = v >= 0 at t = 0.
+
+    Velocity or force must move the mass; times increase, from 0 on. `history` is increasing times
+    and the force f there, linear in between, constant outside.
+
+    >>> from reference.closed_form import cylinder
+    >>> x, v = course(cylinder(0.5, 1.0), 1.0, 1.0, [0.5 * np.pi, np.pi + 1])  # k = m = 1
+    >>> np.round(x, 8)
+    array([ 1., -1.])
+    """
+    require_positive("course", mass=mass)
+    instants = np.atleast_1d(np.asarray(times, float))
+    knots, forces = (np.atleast_1d(np.asarray(y, float)) for y in history or (0.0, 0.0))
+    if not (velocity >= 0 and instants[0] >= 0 and (np.diff(instants) > 0).all()):
+        raise ValueError("expected velocity >= 0 and times that increase from 0 on")
+    if knots.shape != forces.shape or not (np.diff(knots) > 0).all():
+        raise ValueError("expected a history of increasing times with a force for each")
+    most, kinetic = float(np.abs(forces).max()), 0.5 * mass * velocity**2
+    if not (velocity > 0 or most > 0):
+        raise ValueError("expected a velocity or a force that moves the mass")
+
+    def stops(d: float) -> bool:
+        try:
+            return bool(form.energy(d) - most * d >= kinetic)
+        except ValueError:  # deeper than the shape's theory goes
+            return True
+
+    # units: the largest power of two at which the mass is not yet stopped, and the time to there
+    depth, tolerance = 1.0, 1e-10
+    while stops(depth):
+        depth /= 2
+    while not stops(depth):
+        depth *= 2
+    depth /= 2
+    slowness = mass * depth / (most + float(form.force(depth)))
+    unit = min(float(np.sqrt(slowness)), float(instants[-1]))
+    strength = mass * depth / unit**2
+
+    def rates(t: float, y: Array) -> list[float]:
+        push = float(np.interp(t * unit, knots, forces))
+        reaction = float(form.force(y[0] * depth)) if y[0] > 0 else 0.0
+        return [y[1], (push - reaction) / strength]
+
+    inner = knots[(knots > 0) & (knots < instants[-1])] / unit
+    ends = np.unique([0.0, *inner, instants[-1] / unit])
+    state, states = np.array([tolerance, velocity * unit / depth]), np.empty((2, instants.size))
+    for span in pairwise(ends):
+        state = through_touches(rates, span, state, tolerance, instants / unit, states)
+    return states[0] * depth, states[1] * depth / unit
+
+
 def radiation_number(poisson_ratio: float) -> float:
     r"""Return I(nu) of beta = I/(2 pi G c_s), for 0 <= nu <= 1/2.
 
@@ -205,7 +309,7 @@ def radiation_number(poisson_ratio: float) -> float:
     cancellation. The power radiated by an oscillating force, (1/2) beta omega^2 F^2, is that of
     Miller and Pursey (Proc. R. Soc. A 233 (1955) 55): 67 % of it in Rayleigh waves at nu = 1/4.
     """
-    g2 = _speed_ratio(poisson_ratio)
+    g2 = speed_ratio(poisson_ratio)
 
     def missing(k: float) -> float:
         a, b = math.sqrt(k * k + g2), math.sqrt(k * k + 1)
@@ -219,117 +323,11 @@ def radiation_number(poisson_ratio: float) -> float:
     return near + far + missing(1e5) * 1e5
 
 
-def rayleigh_share(poisson_ratio: float) -> float:
-    """Return the fraction of the radiated power in Rayleigh waves.
-
-    It is the residue of Lamb's integrand at the Rayleigh pole over `radiation_number`.
-
-    >>> round(rayleigh_share(0.25), 3)
-    0.674
-    """
-    g2 = _speed_ratio(poisson_ratio)
-
-    def rayleigh(k: float) -> float:
-        return (2 * k * k - 1) ** 2 - 4 * k * k * math.sqrt((k * k - g2) * (k * k - 1))
-
-    pole = brentq(rayleigh, 1 + 1e-9, 2.0, xtol=1e-15)
-    step = 1e-6 * pole
-    slope = (rayleigh(pole + step) - rayleigh(pole - step)) / (2 * step)
-    residue = math.pi * pole * math.sqrt(pole * pole - g2) / abs(slope)
-    return residue / radiation_number(poisson_ratio)
-
-
-def _speed_ratio(poisson_ratio: float) -> float:
+def speed_ratio(poisson_ratio: float) -> float:
     """Return (c_s/c_p)^2."""
     if not 0 <= poisson_ratio <= 0.5:
         raise ValueError(f"poisson_ratio must lie in [0, 1/2], got {poisson_ratio!r}")
     return (1 - 2 * poisson_ratio) / (2 * (1 - poisson_ratio))
-
-
-@dataclass(frozen=True)
-class WaveImpact:
-    """Impact with radiation relative to Hertz's impact without (Johnson 1985, 11.4).
-
-    `radiation` is e = beta F_max v/delta_max^2, with values of Hertz's impact: the only parameter.
-    `energy_lost` is the radiated fraction of the kinetic energy; duration and largest force are
-    over those of Hertz's impact. `slowness`, the largest contact radius over the path of a shear
-    wave in the time delta_max/v, is the relative order of the neglected terms.
-    """
-
-    radiation: float
-    energy_lost: float
-    restitution: float
-    duration: float
-    force: float
-    slowness: float
-
-
-def wave_impact(
-    speed: float,
-    poisson_ratio: float = 0.3,
-    density_ratio: float = 1.0,
-    elastic_sphere: bool = False,
-) -> WaveImpact:
-    """Return the impact of a sphere on an elastic half-space.
-
-    x'' = -(5/4) f, f = (x + e d(x^(3/2))/dt)^(3/2), until the rebound, in units of Hertz's largest
-    depth, force and the time delta_max/v. The rate of the force is expressed by x, to the order of
-    the expansion, because x = f^(2/3) - e f' has runaway solutions, like every radiation reaction.
-
-    The speed is v/c0, over c0 = sqrt(E/rho) of the half-space, in (0, 0.2]; nu in [0, 1/2];
-    `density_ratio` is that of the sphere over the half-space. An elastic sphere has the moduli of
-    the half-space; its vibrations are neglected (Rayleigh 1906: they take little energy).
-
-    >>> slow, fast = wave_impact(1e-4), wave_impact(1e-2)
-    >>> round(math.log(fast.energy_lost / slow.energy_lost) / math.log(100), 2)  # Hunter: 3/5
-    0.58
-    """
-    number = radiation_number(poisson_ratio)
-    if not (0 < speed <= 0.2 and density_ratio > 0 and math.isfinite(density_ratio)):
-        raise ValueError(
-            "expected 0 < speed <= 0.2 and a positive density_ratio, "
-            f"got {speed!r} and {density_ratio!r}"
-        )
-    # Hertz's impact, in units R = E = rho = 1, so that c0 = 1
-    modulus = 1 / (1 - poisson_ratio**2) / (2 if elastic_sphere else 1)
-    shear = 0.5 / (1 + poisson_ratio)
-    mass = 4 / 3 * math.pi * density_ratio
-    depth = (15 / 16 * mass * speed**2 / modulus) ** 0.4
-    largest = 4 / 3 * modulus * depth**1.5
-    wave = math.sqrt(shear)
-    radiation = number / (2 * math.pi * shear * wave) * largest * speed / depth**2
-
-    def force(x: float, velocity: float) -> float:
-        root = math.sqrt(max(x, 0.0))
-        return max(root * (root + 1.5 * radiation * velocity), 0.0) ** 1.5
-
-    def rates(_: float, state: Array) -> list[float]:
-        return [state[1], -1.25 * force(*state)]
-
-    def parting(_: float, state: Array) -> float:
-        return math.sqrt(max(state[0], 0.0)) + 1.5 * radiation * state[1]
-
-    event: Any = parting  # SciPy reads these attributes of the function
-    event.terminal, event.direction = True, -1.0
-    solution = solve_ivp(
-        *(rates, (0.0, 50.0), [0.0, 1.0]),
-        method="DOP853",
-        rtol=1e-10,
-        atol=1e-12,
-        max_step=0.05,
-        events=parting,
-    )
-    if solution.status != 1:
-        raise ConvergenceError(f"the sphere stayed in contact: {solution.message}")
-    rebound = -float(solution.y[1, -1])
-    return WaveImpact(
-        radiation=radiation,
-        energy_lost=1 - rebound**2,
-        restitution=rebound,
-        duration=float(solution.t[-1]) / HERTZ_DURATION,
-        force=float(max(force(*state) for state in solution.y.T)),
-        slowness=math.sqrt(depth) * speed / (wave * depth),
-    )
 
 
 def weak_loss(radiation: float) -> float:

@@ -20,6 +20,14 @@ from comparisons.questions.experiments.coulomb import (
 )
 from comparisons.questions.experiments.event_driven import follow
 from comparisons.questions.experiments.experiment import Finding, Positive, Share, experiment
+from comparisons.questions.experiments.vibrations import (
+    contact_resonance,
+    deepest_without_flight,
+    forced_vibration,
+    free_period,
+    linear_amplitude,
+)
+from comparisons.questions.experiments.wave_impact import rayleigh_share, wave_impact
 from reduced.motion.blocks import (
     Blocks,
     creep_speed,
@@ -33,14 +41,7 @@ from reduced.motion.elastic_impact import SpringContact
 from reduced.profiles import equivalents
 from reduced.springs.line import Springs
 from reference.closed_form import paraboloid
-from reference.dynamics.collision import rayleigh_share, wave_impact, weak_loss
-from reference.dynamics.vibration import (
-    contact_resonance,
-    deepest_without_flight,
-    forced_vibration,
-    free_period,
-    linear_amplitude,
-)
+from reference.dynamics.collision import weak_loss
 
 EXACT = 1e-12  # rounding of formulas, and of the event-driven motion
 # The oscillator with m = k = P = 1 that sticks twice per period of its force, and its friction.

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import islice
 from typing import Annotated
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pydantic import Field
 
 from comparisons.questions.experiments.asperities import Asperities
@@ -17,11 +19,13 @@ from comparisons.questions.experiments.experiment import (
     experiment,
     worst,
 )
+from reference.arrays import Array
 from reference.closed_form import paraboloid
 from reference.elasticity import Material, lame_parameters
+from reference.errors import positive_faults, refuse
 from reference.loads import Load, LoadPath
 from reference.particles import Automata, Domain, ParticleHalfSpace, periodic_packing
-from reference.particles.automata import leapfrog, wave_speeds
+from reference.particles.automata import MASSES, wave_stiffness
 from reference.particles.yielding import PlasticHalfSpace
 from reference.plastic import PlasticMaterial, yield_pressure
 
@@ -151,3 +155,44 @@ def particle_wear(effort: Effort, *, overlap: float = 1.5) -> Share:
     }
     errors = np.array([drag.imbalance for drag in passes])
     return Share(float(errors[np.argmax(np.abs(errors))]), float(np.ptp(errors)), details)
+
+
+def leapfrog(automata: Automata, moved: Array, velocities: Array, step: float) -> Iterator[float]:
+    """March automata, none of them held; yield the conserved energy of each step.
+
+    Displacements and rotations (n, 6), and their rates half a step before, are overwritten; the
+    time step is stable below 2 over the highest frequency. Leapfrog steps of a linear system
+    conserve 1/2 v+ M v- + 1/2 x K x with the velocities half a step before and after, up to
+    round-off and at any stable step (E. Hairer et al., Acta Numerica 12 (2003) 399): a change in it
+    is an error of the forces.
+    """
+    faults = positive_faults(step=step)
+    if automata.packing.free < len(automata.packing.places):
+        faults.append("automata must all be free: those of a half-space's shell are held")
+    refuse(faults)
+    traces, pulls = np.zeros(len(moved)), np.empty_like(moved)
+    while True:
+        pull = automata.forces(moved, traces, pulls)
+        stored = -0.5 * np.vdot(moved, pull)
+        after = velocities + step * pull / MASSES
+        yield 0.5 * np.vdot(velocities, MASSES * after) + stored
+        velocities[:] = after
+        moved += step * after
+
+
+def wave_speeds(poisson_ratio: float, wave: ArrayLike) -> Array:
+    """Return the speeds of the plane waves of a wave vector (in 1/r0), ascending.
+
+    Three of displacement; those of rotation are cut off at high frequencies and left out. From the
+    stiffness of the packing under u exp(i q x), theta exp(i q x).
+
+    Long waves have the speeds of the continuum, sqrt(G/rho) twice and sqrt((lambda + 2 G)/rho):
+
+    >>> speeds = wave_speeds(0.25, [1e-3, 0.0, 0.0])
+    >>> (speeds**2).round(5).tolist()
+    [0.4, 0.4, 1.2]
+    """
+    wave = np.asarray(wave, dtype=float)
+    stiffness = wave_stiffness(poisson_ratio, wave) / np.sqrt(np.outer(MASSES, MASSES))
+    frequencies = np.sqrt(np.maximum(np.linalg.eigvalsh(stiffness)[:3], 0.0))
+    return frequencies / np.linalg.norm(wave)

@@ -13,12 +13,17 @@ from comparisons.questions.experiments.plane_flow import (
     second_order_factors,
 )
 from comparisons.questions.experiments.punched_section import press_section
+from comparisons.questions.experiments.wave_impact import wave_impact
 
 
 @pytest.mark.parametrize(
     ("words", "call"),
     [
         ("mass must be positive.*static >= kinetic", lambda: coulomb.Blocks(-1.0, 1.0, static=0.5)),
+        ("expected 0 < speed", lambda: wave_impact(0)),
+        ("expected 0 < speed", lambda: wave_impact(0.3)),
+        ("poisson_ratio", lambda: wave_impact(0.01, poisson_ratio=0.6)),
+        ("positive density_ratio", lambda: wave_impact(0.01, density_ratio=-1.0)),
         ("does not stop", lambda: coulomb.stopping(1.0, 1.0, 1.0, 2.0)),
         ("theta", lambda: coulomb.march(coulomb.Blocks(1.0, 1.0), step=1.0, steps=1, theta=0.3)),
         (

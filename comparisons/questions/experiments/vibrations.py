@@ -1,126 +1,20 @@
-"""A rigid mass on a contact: its course in time, small and large vibrations, flight.
+"""Small and large vibrations of a rigid mass on a contact, and flight.
 
 m x'' = F0 + P cos(W t) - c x' - F(x), F the static force of the contact, zero in flight (x < 0),
 F0 the constant load with F(d0) = F0.
 """
 
 import math
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike
-from scipy.integrate import quad, solve_ivp
+from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from reference.arrays import Array
 from reference.closed_form.form import ClosedForm, require_positive
-from reference.dynamics.collision import work
-from reference.errors import ConvergenceError, finite_faults, positive_faults, refuse
-
-Rates = Callable[[float, Array], Sequence[float]]
-_MOST_TOUCHES = 10_000
-
-
-def _through_touches(
-    rates: Rates,
-    span: tuple[float, float],
-    state: Array,
-    tolerance: float,
-    times: Array,
-    out: Array,
-) -> Array:
-    """Integrate y' = rates(t, y), y = (x, x'), restarting at every zero of x; return the end.
-
-    There the force is not smooth. All numbers are of order one, so the tolerance is relative and
-    absolute. The states at those of the `times` that lie in the span go to `out`.
-    """
-
-    def touching(_: float, y: Array) -> float:
-        return y[0]
-
-    touching.terminal = True  # type: ignore[attr-defined]
-    start, end = span
-    for _ in range(_MOST_TOUCHES):
-        run = solve_ivp(
-            *(rates, (start, end), state),
-            method="DOP853",
-            rtol=tolerance,
-            atol=tolerance,
-            events=touching,
-            dense_output=True,
-        )
-        if run.status < 0:
-            raise ConvergenceError(f"the motion could not be integrated: {run.message}")
-        inside = (times >= start) & (times <= run.t[-1])
-        if inside.any():
-            out[:, inside] = run.sol(times[inside])
-        start, state = float(run.t[-1]), run.y[:, -1]
-        if run.status == 1:
-            # slightly beyond the surface, so that the same crossing is not detected again
-            state = np.array([np.copysign(tolerance, state[1]), state[1]])
-        if not start < end:
-            return state
-    raise ConvergenceError(f"the mass touched {_MOST_TOUCHES} times before the end", [start])
-
-
-def course(
-    form: ClosedForm,
-    mass: float,
-    velocity: float,
-    times: ArrayLike,
-    history: tuple[ArrayLike, ArrayLike] | None = None,
-) -> tuple[Array, Array]:
-    """Return x and x' at given times of m x'' = f(t) - F(x), x = 0 and x' = v >= 0 at t = 0.
-
-    Velocity or force must move the mass; times increase, from 0 on. `history` is increasing times
-    and the force f there, linear in between, constant outside.
-
-    >>> from reference.closed_form import cylinder
-    >>> x, v = course(cylinder(0.5, 1.0), 1.0, 1.0, [0.5 * np.pi, np.pi + 1])  # k = m = 1
-    >>> np.round(x, 8)
-    array([ 1., -1.])
-    """
-    require_positive("course", mass=mass)
-    instants = np.atleast_1d(np.asarray(times, float))
-    knots, forces = (np.atleast_1d(np.asarray(y, float)) for y in history or (0.0, 0.0))
-    if not (velocity >= 0 and instants[0] >= 0 and (np.diff(instants) > 0).all()):
-        raise ValueError("expected velocity >= 0 and times that increase from 0 on")
-    if knots.shape != forces.shape or not (np.diff(knots) > 0).all():
-        raise ValueError("expected a history of increasing times with a force for each")
-    most, kinetic = float(np.abs(forces).max()), 0.5 * mass * velocity**2
-    if not (velocity > 0 or most > 0):
-        raise ValueError("expected a velocity or a force that moves the mass")
-
-    def stops(d: float) -> bool:
-        try:
-            return bool(form.energy(d) - most * d >= kinetic)
-        except ValueError:  # deeper than the shape's theory goes
-            return True
-
-    # units: the largest power of two at which the mass is not yet stopped, and the time to there
-    depth, tolerance = 1.0, 1e-10
-    while stops(depth):
-        depth /= 2
-    while not stops(depth):
-        depth *= 2
-    depth /= 2
-    slowness = mass * depth / (most + float(form.force(depth)))
-    unit = min(float(np.sqrt(slowness)), float(instants[-1]))
-    strength = mass * depth / unit**2
-
-    def rates(t: float, y: Array) -> list[float]:
-        push = float(np.interp(t * unit, knots, forces))
-        reaction = float(form.force(y[0] * depth)) if y[0] > 0 else 0.0
-        return [y[1], (push - reaction) / strength]
-
-    inner = knots[(knots > 0) & (knots < instants[-1])] / unit
-    ends = np.unique([0.0, *inner, instants[-1] / unit])
-    state, states = np.array([tolerance, velocity * unit / depth]), np.empty((2, instants.size))
-    for span in pairwise(ends):
-        state = _through_touches(rates, span, state, tolerance, instants / unit, states)
-    return states[0] * depth, states[1] * depth / unit
+from reference.dynamics.collision import through_touches, work
+from reference.errors import finite_faults, positive_faults, refuse
 
 
 def contact_resonance(form: ClosedForm, mass: float, load: float) -> float:
@@ -265,7 +159,7 @@ def forced_vibration(
         end, states = (number + 1) * period, np.empty((2, 2001))
         # from `time`: by rounding, end - period may lie before it, where nothing is sampled
         instants = np.linspace(time, end, 2001)
-        state = _through_touches(rates, (time, end), state, tolerance, instants, states)
+        state = through_touches(rates, (time, end), state, tolerance, instants, states)
         cycles, time = [*cycles[-1:], states[0]], end
     before, x = cycles
     swing = 0.5 * float(x.max() - x.min())
