@@ -234,20 +234,6 @@ def test_jumps_lose_energy_and_states_obey_the_rule(shape, control, loads, sprin
         assert np.all(np.abs(contact.penetration[free] - depth) < 0.05 * scale)
 
 
-@given(power=st.integers(-40, 40), offset=OFFSETS)
-@settings(deadline=None, max_examples=20)
-def test_units_that_differ_by_powers_of_two_give_the_same_digits(power, offset):
-    """Lengths times 2^k, work of adhesion too: the same contact in other units, bit for bit."""
-    unit = 2.0**power
-    loads = np.array([0.0, 0.1, -0.05, -0.5])
-    one = adhere(Springs(sphere(1.0), 1.0, offset=offset), W, LoadPath("penetration", loads))
-    other = adhere(
-        Springs(sphere(unit), 1.0, offset=offset), W * unit, LoadPath("penetration", loads * unit)
-    )
-    np.testing.assert_array_equal(other.force, one.force * unit**2)
-    np.testing.assert_array_equal(other.contact_radius, one.contact_radius * unit)
-
-
 def test_nothing_acts_across_a_gap():
     contact = adhere(Springs(sphere(1.0), 1.0), W, LoadPath("penetration", [-0.2, -0.01]))
     assert not contact.force.any()

@@ -49,18 +49,6 @@ def hertz_error(body, step):
     return step.force / (4.0 / 3.0 * body.effective_modulus * step.penetration**1.5) - 1.0
 
 
-@pytest.mark.parametrize("nu", [-0.5, 0.3, 0.499])
-def test_hertz_force_on_the_default_mesh(nu):
-    """Measured at ten depths, a/R from 0.6 to 1 contact radius: below 0.3 % for every nu.
-
-    The error is the jump of the contact set from node to node; 0.5 % leaves room for it, and is
-    half of what the method promises.
-    """
-    body = default_body(nu)
-    steps = press(body, paraboloid(body), Load("penetration", np.linspace(0.36, 1.0, 10)))
-    assert max(abs(hertz_error(body, step)) for step in steps) < 5e-3
-
-
 @pytest.mark.parametrize("nu", [0.0, 0.3, 0.4999])
 def test_hertz_on_a_fitted_mesh_at_any_depth(nu):
     """Measured 2e-5 (nu = 0.3) to 1e-4 in force with 7000 unknowns; the contract is 2e-4."""

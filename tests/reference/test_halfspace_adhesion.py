@@ -207,22 +207,6 @@ def test_force_control_meets_the_force():
     assert problem.stiffness(one) == pytest.approx(stiffness, rel=0.1)
 
 
-def held_in(unit: float) -> tuple[float, float]:
-    """Force and stiffness of a ball that adheres, all lengths times `unit`, in the old ones."""
-    operator, r = grid(12, 4.2 * unit, 0.75)
-    law = dugdale(unit / np.pi, 0.5, ramp=0.3)
-    problem = CohesiveProblem(operator, r**2 / (2 * unit), law)
-    contact = problem.at_penetration(0.5 * unit)
-    return contact.force / unit**2, problem.stiffness(contact) / unit
-
-
-def test_units_of_length_cost_no_digit():
-    """Powers of two: bit by bit. A large right side ended SciPy's MINRES early."""
-    here = held_in(1.0)
-    for power in (-40, -20, 20):
-        assert held_in(2.0**power) == here
-
-
 def punch_under_constant_tension(strength: float) -> float:
     """Pull-off force of a flat disc, a = E* = w = 1, with a constant tension out to w/sigma0.
 

@@ -3,8 +3,6 @@
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy.optimize import brentq
 from scipy.special import ellipkm1
 
@@ -313,21 +311,3 @@ def test_errors_are_relative_to_what_moves_even_where_nothing_slips():
     )
     exact = 0.1 / (2 * body.compliance.tangential_modulus)
     assert step.tangential_displacement == pytest.approx(exact, rel=5e-3)
-
-
-@given(exponent=st.integers(-30, 30))
-@settings(max_examples=5, deadline=None)
-def test_units_change_no_digit(exponent):
-    unit = 2.0**exponent
-    x = (np.arange(20) - 9.7) * 0.12
-    gap = (x[:, None] ** 2 + x**2) / 2
-    result = []
-    for s in (1.0, unit):
-        body = NormalAndTangential((20, 20), (0.12 * s,) * 2, Compliance.of(s, 0.3))
-        (step,) = sweep(
-            FrictionalPress(body, gap * s, MU, coupled=True),
-            *paths(force=2.0 * s**3, tangential_force=[0.5 * s**3]),
-        )
-        result.append(step)
-    assert np.array_equal(result[1].traction, result[0].traction * unit)
-    assert result[1].tangential_displacement == result[0].tangential_displacement * unit

@@ -27,20 +27,19 @@ def differences(example):
     return {(n.case, n.column): n.off for n in numbers if abs(n.off) > ROUNDED}
 
 
-@pytest.mark.parametrize("name", ["cattaneo", "catt_to_cart"])
-def test_from_cattaneo_to_carter(name):
-    """Creep, energy, work of friction and cells that stick, at rest and step by step."""
-    assert differences(f"examples/{name}") == {}
-
-
-def test_rolling_of_unlike_cylinders():
-    """Bentall & Johnson: free rolling with little, some and endless friction, and driven."""
-    assert differences("examples/bentall") == {}
-
-
-@pytest.mark.parametrize("name", ["carter2d", "subsurf"])
-def test_carters_cylinder_and_the_stress_below_a_square(name):
-    assert differences(f"examples/{name}") == {}
+@pytest.mark.parametrize(
+    "example",
+    [
+        # Creep, energy, work of friction and cells that stick, at rest and step by step.
+        *("examples/cattaneo", "examples/catt_to_cart"),
+        "examples/bentall",  # unlike cylinders: little, some and endless friction, and driven
+        *("examples/carter2d", "examples/subsurf"),  # and the stress below a square
+        "testbank/testbank",  # shift, force and creep
+        "examples/spence35",  # pressure and friction coupled
+    ],
+)
+def test_all_printed_digits_are_ours(example):
+    assert differences(example) == {}
 
 
 def test_fastsim_by_printed_flexibilities():
@@ -69,15 +68,6 @@ def test_error_bars_of_finer_cells_cover_hertz():
 def test_wheel_of_a_timing_slips_where_contact_says():
     """Its numbers of cells in contact and in slip, as timings print them."""
     assert runpy.run_path(str(SCRIPT))["wheel"](1).startswith("3148 cells in contact, 1872 slip")
-
-
-def test_shift_force_and_creep_of_the_test_bank():
-    assert differences("testbank/testbank") == {}
-
-
-def test_stick_and_slip_of_a_ball_that_is_pressed_with_friction():
-    """Spence, pressure and friction coupled."""
-    assert differences("examples/spence35") == {}
 
 
 @pytest.mark.parametrize("example", ["examples/tractcurv", "testbank/examples_temp/euro_tractcurv"])

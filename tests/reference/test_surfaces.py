@@ -101,15 +101,6 @@ def test_streams_are_those_of_the_scene_format():
     assert np.exp(1j * np.angle(spectrum[3, 2])) == pytest.approx(np.exp(1j * phases[3, 2]))
 
 
-def test_surface_scales_with_its_units():
-    """Lengths times a power of two: heights too, bit for bit (slope is dimensionless)."""
-    metre, small = (
-        synthesis(16, unit, hurst=0.8, rms_slope=0.1, long_cutoff=unit / 2, seed=0)
-        for unit in (1.0, 2.0**-30)
-    )
-    np.testing.assert_allclose(small, metre * 2.0**-30, rtol=1e-13)
-
-
 @pytest.mark.parametrize("points", [(12, 12), (9, 16), (1, 8)])
 @pytest.mark.parametrize("factor", [1, 2, 3])
 def test_refinement_keeps_the_points_and_the_slope(points, factor):

@@ -16,7 +16,7 @@ from comparisons.errors import InputError
 from comparisons.facts.quantities import quantity
 from comparisons.judging.truth import NO_REFERENCE
 from comparisons.results.finding import deciding
-from comparisons.results.rows import NO_ROWS, Rows
+from comparisons.results.rows import NO_ROWS
 from comparisons.results.scene_record import explained
 from comparisons.results.store import load_study, save_study
 from reports.paper.figures import HIGH, LOW, file_name, overview, panels, sheet, single, verdict_map
@@ -29,7 +29,6 @@ from reports.tables.written import frame
 pytestmark = pytest.mark.slow
 
 MILLIMETRES_PER_POINT = 25.4 / 72
-REDUCED = "#D55E00"
 RADIUS, MODULUS = 0.01, 231e9  # of the ball in conftest.py
 # A page wide with all kinds of plots, and a column wide.
 FIGURES = ("*-overview", "*-force-penetration")
@@ -73,17 +72,6 @@ def test_values_are_those_of_hertz(ball):
     assert any(head.text.startswith("contact stiffness") for head in asked.heads)
 
 
-def test_what_errs_by_less_than_the_axis_shows_has_its_arrows_and_its_name_in_print(ball):
-    """The springs of a ball err by round-off: they were missing from the printed errors."""
-    rows = ball.rows.frame()
-    exact = rows["error_force"].where(rows["method"] != "reduced", 1e-13)
-    sure = replace(ball, rows=Rows.of(rows.assign(error_force=exact)))
-    axes = drawn(sure, "error-force")
-    (arrows,) = (line for line in axes.get_lines() if line.get_label() == "reduced model")
-    assert len(arrows.get_xdata()) > 1
-    np.testing.assert_allclose(arrows.get_ydata(), axes.get_ylim()[0])
-
-
 def test_the_ring_around_the_error_that_decided_hides_no_mark(ball):
     """An arrow of an error below the axis stands inside of it."""
     rings = [
@@ -95,12 +83,6 @@ def test_the_ring_around_the_error_that_decided_hides_no_mark(ball):
 def test_of_one_scene_each_quantity_has_a_row_with_its_error(ball):
     rows = [text for _, text in verdict_map([ball]).y.ticks]
     assert rows == [item.text for item in ball.verdicts_on()]
-
-
-def test_a_method_has_the_colour_that_it_has_in_the_report(ball):
-    for key in ("force-penetration", "error-force", "speed-force"):
-        lines = {curve.get_label(): curve for curve in drawn(ball, key).get_lines()}
-        assert lines["reduced model"].get_color() == REDUCED
 
 
 def test_the_bar_of_the_truth_is_as_wide_as_the_results_say(rough):
@@ -116,14 +98,6 @@ def test_the_bar_of_the_truth_is_as_wide_as_the_results_say(rough):
     width = (edge.max() - edge.min()) / (0.5 * (edge.max() + edge.min()))
     bar = rough.curve("bem_fft", 128)["reference_uncertainty_contact_area"][-1]
     np.testing.assert_allclose(width, 2 * bar, rtol=1e-6)
-
-
-def test_errors_are_filled_above_the_truth_and_stand_beside_the_tolerance(ball):
-    axes = drawn(ball, "error-force")
-    asked = [curve for curve in axes.get_lines() if curve.get_label().startswith("asked: ")]
-    np.testing.assert_allclose(asked[0].get_ydata(), ball.tolerance)
-    assert axes.get_yscale() == "log"
-    assert "1\u202f%" in [label.get_text() for label in axes.get_yticklabels()]
 
 
 @pytest.mark.parametrize(

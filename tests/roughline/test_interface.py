@@ -11,8 +11,6 @@ import roughline
 from comparisons.questions.single import solve_scene
 from roughline.commands.app import run_command
 
-WINKLER = Path(__file__).parents[2] / "docs" / "examples" / "winkler.py"
-
 BALL = {
     "name": "ball",
     "half_space": {"youngs_modulus": "210 GPa", "poisson_ratio": 0.3},
@@ -367,14 +365,6 @@ def test_an_added_method_runs_where_a_scene_names_others_not_beside_those_of_a_c
     assert planned(roughline.plan(named, "reduced")) == ["closed_form", "reduced"]
     study = roughline.Study(named, tmp_path, methods=["reduced"])
     assert planned(study.plan) == ["closed_form", "reduced"]
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("methods_restored")
-def test_a_file_with_a_method_may_be_added_twice():
-    for _ in range(2):
-        assert roughline.add_method(WINKLER) == ["winkler"]
-    assert roughline.list_methods().loc["winkler", "title"] == "Winkler foundation"
 
 
 def test_a_notebook_shows_verdicts_in_words_and_colours_and_nothing_hostile(found):

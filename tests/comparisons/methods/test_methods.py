@@ -2,17 +2,20 @@
 
 import json
 from functools import cache
-from itertools import product
+from typing import get_args
 
 import numpy as np
 import pytest
 
+from comparisons.facts.quantities import quantity
 from comparisons.geometry.prepare import prepare
-from comparisons.methods import Solver
 from comparisons.methods.normal import grid as blocks
 from comparisons.methods.registry import solver_for, solver_of
 from comparisons.questions.single import solve_scene
-from comparisons.scene.scene import load_scene
+from comparisons.scene.fields import SceneTable, WithUnit
+from comparisons.scene.loading import LoadRange
+from comparisons.scene.scene import builtin_names, load_scene
+from comparisons.scene.units import NUMBER, dimension_of
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
@@ -130,59 +133,67 @@ def test_the_reduced_model_equals_the_closed_form_at_its_default(source):
         np.testing.assert_allclose(result[name], exact[name], rtol=1e-3, err_msg=name)
 
 
-LENGTHS = {"radius", "radius_x", "radius_y", "flat_radius", "edge_radius", "side"}
+# Here all methods are tried by default, elsewhere only those without a grid.
+SHAPES = ("paraboloid", "cone", "square-punch", "rough-patch")
+UNITS = 2.0**-20, 2.0**-24, 2.0**-8  # of kilogram, metre and second
+OTHERS = {"measured-map", "impact-rubber", "plastic-ellipsoid"}  # a file, and half a minute each
+CLOSED = {"closed_form", "reduced", "persson", "persson_xu"}
 
 
-def scaled(scene, length, modulus):
-    """Return the tables of the scene in other units: lengths and moduli times these factors."""
-    indenter = {}
-    for key, value in scene.indenter.model_dump().items():
-        if key in LENGTHS:
-            value = value * length
-        elif key == "coefficient":
-            value = value * length ** (1 - scene.indenter.exponent)
-        elif key in ("semi_axes", "vertices", "r", "f"):
-            value = (np.array(value) * length).tolist()
-        indenter[key] = value
-    half_space = {"effective_modulus": scene.effective_modulus * modulus}
-    loads = [value * length for value in scene.loading.range.values]
-    return {"indenter": indenter, "half_space": half_space, "loading": {"penetration": loads}}
+def size_of(dimension):
+    return np.prod(np.float_power(UNITS, dimension))
 
 
-DIMENSIONS = {  # exponents of length and of modulus
-    "penetration": (1, 0),
-    "force": (2, 1),
-    "contact_area": (2, 0),
-    "stiffness": (1, 1),
-    "energy": (3, 1),
-}
-SHAPES = [*AXISYMMETRIC, "ellipsoid-5", "elliptic-punch", "square-punch", "triangle-punch"]
+def dimension_in(field):
+    """Return the dimension of what the validator of a field reads."""
+    waiting = [*field.metadata, field.annotation]
+    while waiting:
+        part = waiting.pop()
+        if isinstance(part, WithUnit):
+            return part.dimension
+        waiting += [*getattr(part, "__metadata__", ()), *get_args(part)]
+    return NUMBER
 
 
-CLOSED = [
-    source for source in SHAPES if isinstance(solver_for("closed_form", load_scene(source)), Solver)
-]
+def in_other_units(part, size=1.0):
+    """Return the tables of a scene with every quantity times the size of its dimension."""
+    if isinstance(part, SceneTable):
+        fields = type(part).model_fields
+        if isinstance(part, LoadRange):
+            return {"values": in_other_units(part.values, size)} if not part.relative_to else part
+        tables = {
+            name: in_other_units(getattr(part, name), size_of(dimension_in(fields[name])))
+            for name in part.model_fields_set - {"directory", "sweep"}
+            if getattr(part, name) is not None
+        }
+        if tables.get("shape") == "power_law":  # f = c r^n
+            tables["coefficient"] *= UNITS[1] ** (1 - part.exponent)
+        return tables
+    if isinstance(part, tuple):
+        return [in_other_units(item, size) for item in part]
+    return part * size if isinstance(part, float) else part
 
 
-@pytest.mark.parametrize(
-    ("method", "source"),
-    [
-        *(("reduced", source) for source in SHAPES),
-        *(("closed_form", source) for source in CLOSED),
-        *product(("bem_dense", "bem_fft", "fem"), ("paraboloid", "cone", "square-punch")),
-    ],
-)
-def test_scenes_scaled_by_powers_of_two_are_bit_identical(curves, scene, method, source):
-    """Scales inside are powers of two, so not one digit changes."""
-    length, modulus = 2.0**24, 2.0**-30
-    base = load_scene(source)
-    asked = {"quantities": ["force", "contact_area", "stiffness", "energy"]}
-    plain, other = (
-        curves(scene(compare=asked, **scaled(base, *units)), method, LEVELS[method])
-        for units in ((1.0, 1.0), (length, modulus))
-    )
-    for name, (m, n) in DIMENSIONS.items():
-        np.testing.assert_array_equal(other[name] / (length**m * modulus**n), plain[name], name)
+@pytest.mark.parametrize("quick", [True, pytest.param(False, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("source", sorted({*builtin_names()} - OTHERS))
+def test_in_other_units_there_is_the_same_answer(source, quick):
+    """By powers of two, so not one digit changes; layers, impacts, rubber round a little."""
+    few = {"surface.points": 32, "surface.realisations": 2}
+    scene = load_scene(source, few if load_scene(source).surface else {})
+    (here, *_), (there, *_) = map(plan_scene, (scene, load_scene(in_other_units(scene))))
+    exact = scene.half_space.uniform and not scene.dynamics and not scene.viscoelastic
+    for planned in here.methods:
+        method = planned.method
+        if not planned.supported or quick != (method in CLOSED or source in SHAPES):
+            continue
+        level = planned.resolutions[0] if scene.surface else LEVELS.get(method, 1)
+        one, other = (execute(task_of(plan, method, level), 1) for plan in (here, there))
+        for name, values in one.quantities.items():
+            unit = size_of(dimension_of(quantity(name).unit or "%"))
+            rtol = 0.0 if exact else 1e-9
+            np.testing.assert_allclose(
+                other.quantities[name] / unit, values, rtol, err_msg=f"{method}: {name}"
+            )
 
 
 @pytest.fixture

@@ -173,21 +173,3 @@ def test_pressing_and_shifting_in_proportion_sticks_or_slides():
         result = follow(gap, 0.02, E, Friction(G, MU), depth, shift)
         expected = min(ratio, 1) * MU * result.force
         assert result.tangential_force == pytest.approx(expected, rel=1e-12)
-
-
-@given(exponent=st.integers(-40, 40))
-@settings(max_examples=15, deadline=None)
-def test_units_change_no_digit(exponent):
-    unit = 2.0**exponent
-    path = np.array([0.3, -0.1, 0.35])
-    one, other = (
-        pulled(Springs(paraboloid(s), E), penetration=0.9 * s, tangential_displacement=path * s)
-        for s in (1.0, unit)
-    )
-    assert np.array_equal(other.tangential_force, one.tangential_force * unit * unit)
-    line = rough_line(3)
-    one, other = (
-        follow((line.max() - line) * s, 0.5 * s, E, Friction(G, MU), [1.0 * s] * 3, path * s)
-        for s in (1.0, unit)
-    )
-    assert np.array_equal(other.tangential_force, one.tangential_force * unit * unit)

@@ -117,29 +117,6 @@ def test_verlet_is_stable_up_to_two_over_the_frequency():
         assert (np.abs(motion.position - 5).max() < 0.05) == stays
 
 
-def test_units_change_no_digit():
-    """Length, mass and time scaled by powers of two: bit-identical, by energy and in steps."""
-    length, mass, time = 2.0**-30, 2.0**10, 2.0**-12
-    modulus, speed = mass / (length * time**2), length / time
-    plain, scaled = (
-        strike(Springs(paraboloid(r), e), m, [v])
-        for r, e, m, v in ((1.0, 1.0, 3.0, 0.01), (length, modulus, 3 * mass, 0.01 * speed))
-    )
-    assert float(scaled.duration[0] / time) == float(plain.duration[0])
-    for scheme in SCHEMES:
-        runs = [
-            moved(
-                SpringContact(Springs(paraboloid(r), e), 0.02 * r),
-                Mass(m, velocity=0.01 * r / t),
-                0.1 * t,
-                400,
-                scheme=scheme,
-            )
-            for r, e, m, t in ((1.0, 1.0, 3.0, 1.0), (length, modulus, 3 * mass, time))
-        ]
-        np.testing.assert_array_equal(runs[1].position / length, runs[0].position)
-
-
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_a_ramp_of_force_moves_a_linear_spring_as_the_closed_form_says(scheme):
     """Mass at rest on a punch, k = m = 1, force t up to 4, then 4: x = t - sin t, then the swing.

@@ -158,25 +158,6 @@ def test_friction_does_the_work_that_is_dissipated(speed, load, name, seed):
     assert sliding.friction_coefficient.item() > 0
 
 
-def test_units_do_not_matter():
-    line, length, stress, time = rough(128), 2.0**-30, 2.0**20, 2.0**9
-    for material in MATERIALS.values():
-        here = steady(line, material, 0.1, 1e-2)
-        scaled = prony(
-            stress * material.long_term,
-            stress * material.moduli,
-            time * material.times,
-            viscosity=stress * time * material.viscosity,
-        )
-        there = slide(
-            RoughLines(length * line, length / 128),
-            scaled,
-            0.1 * length / time,
-            LoadPath("force", 1e-2 * stress * length**2),
-        )
-        assert_allclose(there.friction_coefficient, here.friction_coefficient, rtol=1e-11)
-
-
 def test_a_line_pressed_at_rest_is_the_limit_of_slow_sliding():
     line, force = rough(), [1e-2]
     still = press(RoughLines(line, 1 / 512), 4.0, Load("force", force))

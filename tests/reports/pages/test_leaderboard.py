@@ -58,15 +58,6 @@ def test_heights_of_a_rough_problem_are_written(tmp_path):
     assert (tmp_path / "scene.toml").is_file()
 
 
-def test_a_scene_of_a_sheet_is_solved_as_it_is_written(tmp_path, capsys):
-    run_command(["problems", "RL-001", "--out", str(tmp_path)])
-    capsys.readouterr()
-    arguments = ["solve", str(tmp_path / "scene.toml"), "--method", "closed_form", "--json"]
-    assert run_command(arguments) == 0
-    force = json.loads(capsys.readouterr().out)["force"]
-    np.testing.assert_allclose(force, HERTZ.reference["force"].values, rtol=1e-9)
-
-
 def test_an_entry_is_judged_and_the_code_says_how(blank, submit):
     code, said = submit(filled(blank))
     assert code == 0
