@@ -83,16 +83,14 @@ def test_unloading_is_elastic_on_what_is_left_and_reloading_finds_the_state_agai
 
 
 def test_work_is_elastic_energy_and_dissipation():
-    # the trapezoidal rule over 80 steps
-    dents = pressed(*ball(PEAK / 3), *(DEPTH * np.linspace(0, 1, 81)[1:]))
-    last = dents[-1]
+    # the trapezoidal rule over 80 steps down and 40 up
+    path = DEPTH * np.append(np.linspace(0, 1, 81)[1:], np.linspace(1, 0, 41)[1:])
+    dents = pressed(*ball(PEAK / 3), *path)
+    last, away = dents[79], dents[-1]
     assert_allclose(last.elastic + last.dissipated, last.work, rtol=3e-4)
     assert 0.2 < last.dissipated / last.work < 1
-    assert (np.diff([dent.dissipated for dent in dents]) >= 0).all()
+    assert (np.diff([dent.dissipated for dent in dents[:80]]) >= 0).all()
     # unloaded, all that is left of the work has been dissipated
-    *_, away = pressed(
-        *ball(PEAK / 3), *(DEPTH * np.linspace(0, 1, 81)[1:]), *(DEPTH * np.linspace(1, 0, 41)[1:])
-    )
     assert_allclose(away.dissipated, away.work, rtol=2e-3)
 
 

@@ -251,7 +251,9 @@ def test_a_way_that_ends_once_the_force_rises_knows_the_pull_off():
     assert short.pull_off()[1] == pytest.approx(whole.pull_off()[1], rel=2e-6)
 
 
-@pytest.mark.parametrize("parameter", [0.02, 0.1, 0.5])
+@pytest.mark.parametrize(
+    "parameter", [0.1, *(pytest.param(p, marks=pytest.mark.slow) for p in (0.02, 0.5))]
+)
 def test_the_pull_off_does_not_depend_on_the_steps_of_the_path(parameter):
     """Between Hertz's power and a straight line is nearly a kink; folds are found to 1e-6.
 

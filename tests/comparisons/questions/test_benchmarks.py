@@ -142,15 +142,6 @@ def test_the_faster_peer_is_the_yardstick_and_a_missed_target_is_said(monkeypatc
 
 
 @pytest.mark.slow
-def test_a_convolution_is_compared_with_the_machine_it_runs_on():
-    """No convolution is below the floor of operations and passes, and none a thousandfold above."""
-    row = bem._floor(64)
-    assert 1 < row.ratio < 1000
-    assert "GFlop/s" in row.yardstick
-    assert "GB/s" in row.yardstick
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("peer", tuple(bem.client.PACKAGES))
 def test_a_real_peer_becomes_a_yardstick_at_the_same_violation(peer, monkeypatch):
     if not bem.client.installed(peer):
