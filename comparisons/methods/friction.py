@@ -17,7 +17,7 @@ from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeomet
 from comparisons.methods.fem.indenter import LARGEST_POISSON, FemSolver
 from comparisons.methods.normal.bem_fft import HalfSpaceGrid
 from comparisons.methods.normal.closed_form import FormSolver
-from comparisons.methods.normal.grid import Grid, cells, counted_quantities, make_grid
+from comparisons.methods.normal.grid import SMALL_BALL, Grid, cells, counted_quantities, make_grid
 from comparisons.methods.normal.reduced import ProfileSolver, line_picture
 from comparisons.methods.normal.reduced_lines import LineSolver
 from comparisons.methods.solver import Refused, Solver, needed
@@ -295,11 +295,9 @@ class GridFriction(FrictionalGrid):
         return super().refusal(task)
 
     def warm_up(self, task: Task) -> None:
-        x = np.arange(8.0) - 3.5
-        body = NormalAndTangential((8, 8), (1.0, 1.0), Compliance.of(1.0, 0.3))
-        gap = (x[:, None] ** 2 + x**2) / 16
+        body = NormalAndTangential(SMALL_BALL.shape, (1.0, 1.0), Compliance.of(1.0, 0.3))
         for _ in sweep(
-            FrictionalPress(body, gap, 0.5),
+            FrictionalPress(body, SMALL_BALL, 0.5),
             reference_loads.LoadPath("penetration", 1.0),
             reference_loads.LoadPath("tangential_displacement", [0.1]),
         ):

@@ -16,7 +16,14 @@ from comparisons.facts.quantities.rows import HALF_AXES
 from comparisons.geometry.prepare import Geometry, IndenterGeometry
 from comparisons.methods.friction import FrictionalGrid, normal_load
 from comparisons.methods.normal.closed_form import form_of
-from comparisons.methods.normal.grid import Grid, cells, counted_quantities, half_axes, make_grid
+from comparisons.methods.normal.grid import (
+    SMALL_BALL,
+    Grid,
+    cells,
+    counted_quantities,
+    half_axes,
+    make_grid,
+)
 from comparisons.methods.normal.reduced import ProfileSolver, line_picture
 from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.scene.indenters.indenter import Indenter
@@ -149,9 +156,7 @@ class GridRolling(FrictionalGrid):
         return 1500.0 * cells(task.geometry, task.resolution)
 
     def warm_up(self, task: Task) -> None:
-        x = np.arange(8.0) - 3.5
-        body = self.body((8, 8), (1.0, 1.0))
-        ball = FrictionalPress(body, (x[:, None] ** 2 + x**2) / 16, 0.5)
+        ball = FrictionalPress(self.body(SMALL_BALL.shape, (1.0, 1.0)), SMALL_BALL, 0.5)
         list(roll(ball, reference_loads.Load("penetration", 0.5), [Creep(0.1)]))
 
     def body(self, shape: tuple[int, int], spacing: tuple[float, float]) -> NormalAndTangential:

@@ -15,7 +15,7 @@ from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeomet
 from comparisons.methods.friction import normal_load
 from comparisons.methods.normal.bem_fft import BemFft
 from comparisons.methods.normal.closed_form import FormSolver
-from comparisons.methods.normal.grid import Grid, contact_quantities
+from comparisons.methods.normal.grid import SMALL_BALL, Grid, contact_quantities
 from comparisons.methods.normal.reduced import ProfileSolver
 from comparisons.methods.normal.reduced_lines import Lines, LineSolver
 from comparisons.methods.solver import Refused, needed
@@ -224,11 +224,9 @@ class GridWear(BemFft):
         return self.series(24, 16, 32)
 
     def warm_up(self, task: Task) -> None:
-        x = np.arange(8.0) - 3.5
-        gap = (x[:, None] ** 2 + x**2) / 16
-        operator = self.operator(task, gap.shape, (1.0, 1.0))
+        operator = self.operator(task, SMALL_BALL.shape, (1.0, 1.0))
         force = reference_loads.Load("force", 0.1 * operator.effective_modulus)
-        for _ in wear(operator, gap, force, 0.1 / operator.effective_modulus, np.ones(1)):
+        for _ in wear(operator, SMALL_BALL, force, 0.1 / operator.effective_modulus, np.ones(1)):
             pass
 
     def _steps(

@@ -298,7 +298,16 @@ def judging(scenes: Sequence[tuple[str, SceneRecord, Advice]]) -> dict[str, Any]
                 "order": in_order(scene.quantities),
                 "tolerance": scene.tolerance,
                 "judged": {
-                    method: [_verdict(scene, verdict) for verdict in scene.verdicts_on(method)]
+                    method: [
+                        _ends(verdict)
+                        | {
+                            "counts": answers(scene, verdict),
+                            "symbol": symbol(verdict.quantity),
+                            "text": verdict.text,
+                            "largest": largest_error(scene, verdict),
+                        }
+                        for verdict in scene.verdicts_on(method)
+                    ]
                     for method in scene.judged_methods
                 },
                 "others": [
@@ -311,15 +320,6 @@ def judging(scenes: Sequence[tuple[str, SceneRecord, Advice]]) -> dict[str, Any]
             }
             for anchor, scene, advice in scenes
         ],
-    }
-
-
-def _verdict(scene: SceneRecord, verdict: Verdict) -> dict[str, Any]:
-    return _ends(verdict) | {
-        "counts": answers(scene, verdict),
-        "symbol": symbol(verdict.quantity),
-        "text": verdict.text,
-        "largest": largest_error(scene, verdict),
     }
 
 

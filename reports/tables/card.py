@@ -63,8 +63,14 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
     lines = list(_bodies(body))
     if (truth := scene.reference.method) and truth != CLOSED_FORM:
         said = f"{scene.title_of(truth)}, N = {scene.reference.resolution}"
-        if sources := _sources(scene):
-            said += f"; ± of {fmt.listed(sources)} alone"
+        sources = {  # of more than a tenth of the bar of any true value
+            source: None
+            for name, parts in scene.reference.sources.items()
+            for source, part in parts.items()
+            if (np.array(part) > 0.1 * scene.reference.bar(name)).any()
+        }
+        if sources:
+            said += f"; ± of {fmt.listed([*sources])} alone"
         if surface and surface.skewness is not None:
             if PREPARATION not in body.sweep:  # else a table has all of them
                 said += "; how the map was prepared may move them more (--sensitivity)"
@@ -249,18 +255,6 @@ def _may_reach_the_edge(scene: SceneRecord) -> bool:
         return True
     pressure = fields["pressure"].reshape(fields["pressure_shape"])
     return bool(np.any(pressure[[0, -1]]) or np.any(pressure[:, [0, -1]]))
-
-
-def _sources(scene: SceneRecord) -> list[str]:
-    """Return the sources that make up more than a tenth of the bar of any true value."""
-    return list(
-        dict.fromkeys(
-            source
-            for name, parts in scene.reference.sources.items()
-            for source, part in parts.items()
-            if (np.array(part) > 0.1 * scene.reference.bar(name)).any()
-        )
-    )
 
 
 def _range(values: np.ndarray, unit: str) -> str:

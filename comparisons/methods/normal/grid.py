@@ -63,7 +63,8 @@ AnyOperator = TypeVar("AnyOperator", bound=ElasticBody)
 # (by FFT BEM of a single surface further: `bem_fft.FURTHER`).
 MOST_INDENTER_CELLS = 3_000_000
 LARGEST_REFINED = {1: 2**24, 2: 1400**2, 4: 512**2}
-
+# The gap of a ball on a handful of cells of size 1, for compiling.
+SMALL_BALL = ((np.indices((8, 8)) - 3.5) ** 2).sum(axis=0) / 16
 
 # Largest error of the unit displacement from which a stiffness is taken; it errs by the square of
 # that. The looser one is as far as single precision comes in one go.
@@ -187,11 +188,10 @@ class GridSolver(Solver[Geometry], Generic[AnyOperator]):
 
         Layers that are thin against other cells would be none.
         """
-        x = np.arange(8.0) - 3.5
         rough = isinstance(task.geometry, RoughGeometry)
         side = task.geometry.size[0] if rough else task.geometry.contact_radius
         cell = float(side / task.resolution)
-        gap = cell * (x[:, None] ** 2 + x**2) / 16
+        gap = cell * SMALL_BALL
         operator = self.operator(task, gap.shape, (cell, cell))
         # Half the mean gap is open on a periodic half-space, and a contact on a free one.
         half = 0.5 * float(gap.mean())
