@@ -23,7 +23,6 @@ from comparisons.judging.metrics import rms_and_maximum
 from comparisons.judging.truth import choose_truth
 from comparisons.solving.jobs import Kind
 from comparisons.solving.plan import Effort, Plan, surface_cost
-from comparisons.solving.plan_record import MethodPlan
 from comparisons.solving.planning import refusal
 from comparisons.tasks.solution import Solved
 
@@ -122,70 +121,52 @@ def enlarged(plan: Plan, solved: Solved, effort: Effort) -> Plan:
     """Return the plan with the surfaces and lines that its bars need, by its pilots' scatter."""
     wanted = SCATTER[effort] * plan.scene.compare.tolerance
     methods, notes = {m.method: m for m in plan.methods}, list(plan.notes)
-    grid = methods.get(GRID)
-    if grid is not None and grid.numbers and _complete(grid, solved):
-        methods[GRID], limits = _surfaces(plan, grid, solved, wanted, SURFACES_BUDGET[effort])
-        notes += limits
-    lines = methods.get(MODEL)
-    if lines is not None and lines.numbers and _complete(lines, solved):
-        known = Levels.of(solved, MODEL)
-        # A mean may scatter by a share of what the truth's may; where it nearly vanishes at a load
-        # (the gap of lines that are almost closed), by a share of a part of its largest value:
-        # there is no error that its scatter could hide.
-        means = known.curves(list(known.solutions)[-1])
-        sizes = {name: np.abs(means[name]) for name in _judged(plan) if name in means}
-        widths = {
-            name: _AIM * LINES_SHARE[effort] * wanted * np.fmax(size, _LEAST_PART * np.nanmax(size))
-            for name, size in sizes.items()
-            if np.isfinite(size).any()
-        }
-        needs = _variances(known, widths)
-        # as many lines as make no part of the bar
-        points = np.array([2.0 * n for n in lines.resolutions])
-        first = np.array(lines.numbers)
-        needed = first
+    judged = [n for n in plan.compared if n not in FIELDS and n not in plan.loads.columns]
+    for method in (GRID, MODEL):
+        planned = methods.get(method)
+        if planned is None or not planned.numbers:
+            continue
+        if not all((method, n) in solved for n in planned.resolutions):
+            continue
+        levels, lines = Levels.of(solved, method), method == MODEL
+        means = levels.curves(planned.resolutions[-1])
+        sizes = {name: np.abs(means[name]) for name in judged if name in means}
+        if lines:
+            # As many as make no part of the bar. A mean may scatter by a share of what the truth's
+            # may; where it nearly vanishes at a load (the gap of lines that are almost closed), by
+            # a share of a part of its largest value: there is no error that its scatter could hide.
+            aim = _AIM * LINES_SHARE[effort] * wanted
+            sizes = {n: size for n, size in sizes.items() if np.isfinite(size).any()}
+            sizes = {n: np.fmax(s, _LEAST_PART * np.nanmax(s)) for n, s in sizes.items()}
+            cost, budget = np.array([2.0 * n for n in planned.resolutions]), LINE_POINTS[effort]
+        else:
+            aim, budget = _AIM * wanted, SURFACES_BUDGET[effort]
+            cost = np.array([surface_cost(GRID, n) for n in planned.resolutions])
+        needs = _variances(levels, {name: aim * size for name, size in sizes.items()})
+        if not needs.shape[1] and not lines:
+            notes.append("numbers of surfaces: the first ones have no answer to choose them from")
+            continue
+        first, most = np.array(planned.numbers), 10**9 if lines else plan.scene.realisations
+        needed, few = first, "the scene's realisations"
         if needs.shape[1]:
-            needed = np.maximum(allocate(needs, points, np.ones(needs.shape[1])), first)
-        chosen = np.maximum(
-            within_budget(needed, points, max(LINE_POINTS[effort], 3 * float(points.sum()))), first
-        )
-        chosen = _in_blocks(plan, lines, chosen, 10**9)
-        methods[MODEL] = replace(lines, numbers=tuple(int(n) for n in chosen))
+            needed = np.maximum(allocate(needs, cost, np.ones(needs.shape[1])), first)
+        chosen = np.minimum(needed, most)
+        if float(chosen @ cost) > max(budget, float(first @ cost)):
+            least = max(budget, 3 * float(cost.sum()))
+            chosen = np.maximum(within_budget(chosen, cost, least), first)
+            few = f"what {budget:.0f} solves of 64 x 64 points cost"
+        # whole tasks, and no more on finer grids
+        blocks = np.array([plan.block(method, n) for n in planned.resolutions])
+        whole = np.minimum(-(-chosen // blocks) * blocks, most)
+        chosen = np.maximum.accumulate(whole[::-1])[::-1]
+        if not lines and (chosen < needed).any():
+            left = float(np.sqrt((needs / chosen[:, None]).sum(axis=0).max())) * _AIM * wanted
+            notes.append(
+                f"no more surfaces than {few}: their scatter leaves {relative(left)} instead of "
+                f"{relative(wanted)} in the worst mean"
+            )
+        methods[method] = replace(planned, numbers=tuple(int(n) for n in chosen))
     return replace(plan, methods=tuple(methods.values()), notes=tuple(notes))
-
-
-def _complete(planned: MethodPlan, solved: Solved) -> bool:
-    return all((planned.method, n) in solved for n in planned.resolutions)
-
-
-def _surfaces(
-    plan: Plan, planned: MethodPlan, solved: Solved, wanted: float, budget: float
-) -> tuple[MethodPlan, list[str]]:
-    """Return the leading grid's plan with its numbers of surfaces, and what limits them."""
-    most = plan.scene.realisations
-    levels = Levels.of(solved, GRID)
-    means = levels.curves(planned.resolutions[-1])
-    widths = {name: _AIM * wanted * np.abs(means[name]) for name in _judged(plan) if name in means}
-    known = _variances(levels, widths)
-    if known.shape[1] == 0:
-        return planned, ["numbers of surfaces: the first ones have no answer to choose them from"]
-    cost = np.array([surface_cost(GRID, n) for n in planned.resolutions])
-    first = np.array(planned.numbers)
-    needed = np.maximum(allocate(known, cost, np.ones(known.shape[1])), first)
-    few = "the scene's realisations"
-    chosen = np.minimum(needed, most)
-    if float(chosen @ cost) > max(budget, float(first @ cost)):
-        chosen = np.maximum(within_budget(chosen, cost, max(budget, 3 * float(cost.sum()))), first)
-        few = f"what {budget:.0f} solves of 64 x 64 points cost"
-    chosen = _in_blocks(plan, planned, chosen, most)
-    limits = []
-    if (chosen < needed).any():
-        left = float(np.sqrt((known / chosen[:, None]).sum(axis=0).max())) * _AIM * wanted
-        limits.append(
-            f"no more surfaces than {few}: their scatter leaves {relative(left)} instead of "
-            f"{relative(wanted)} in the worst mean"
-        )
-    return replace(planned, numbers=tuple(int(n) for n in chosen)), limits
 
 
 def _variances(levels: Levels, widths: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -199,14 +180,3 @@ def _variances(levels: Levels, widths: Mapping[str, np.ndarray]) -> np.ndarray:
             columns.append(variances(grids) * (_NORMAL / width) ** 2)  # type: ignore[arg-type]
     both = np.hstack(columns) if columns else np.zeros((len(levels.solutions), 0))
     return both[:, np.isfinite(both).all(axis=0)]
-
-
-def _judged(plan: Plan) -> list[str]:
-    return [n for n in plan.compared if n not in FIELDS and n not in plan.loads.columns]
-
-
-def _in_blocks(plan: Plan, planned: MethodPlan, numbers: np.ndarray, most: int) -> np.ndarray:
-    """Return numbers rounded up to whole tasks, at most `most`, not increasing."""
-    sizes = np.array([plan.block(planned.method, n) for n in planned.resolutions])
-    whole = np.minimum(-(-numbers // sizes) * sizes, most)
-    return np.asarray(np.maximum.accumulate(whole[::-1])[::-1])

@@ -177,13 +177,9 @@ def shape_cases(
     done = yield from together(map(curves, plans.values()))
     for control, solved in zip(plans, done, strict=True):
         exact = solved[CLOSED_FORM, 1].quantities
-        several = [
-            {(method, n): solved[method, n] for n in grids}
-            for method in series
-            if METHODS[method].grid or control == "penetration"
-            for grids in series[method]
-        ]
-        for part in several:
+        measured = [m for m in series if METHODS[m].grid or control == "penetration"]
+        for method, grids in [(m, grids) for m in measured for grids in series[m]]:
+            part = {(method, n): solved[method, n] for n in grids}
             references = truths(part, control)
             if not references or not all(s.converged.all() for s in part.values()):
                 continue

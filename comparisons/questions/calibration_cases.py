@@ -35,14 +35,7 @@ NOT_SHOWN = "at loads of which the bounds prove nothing"
 
 @dataclass(frozen=True)
 class Case:
-    """A bar and the true error that it must cover, for a quantity of one series of resolutions.
-
-    `curves` (levels, steps) and the bars of other sources (steps) allow the grid's bar to be
-    recomputed with other shares. `beyond` (steps) is the relative distance from the proved
-    interval, 0 inside, NaN where there is none; `unproved` says why there is none at all. `areas`
-    (steps) are contact areas, `apparent` that of the surface, `counted` that of the cells on the
-    finest grid. The grid's bar is taken `widened` times.
-    """
+    """A bar and the true error that it must cover, for a quantity of one series of resolutions."""
 
     half: str
     shape: str
@@ -51,16 +44,16 @@ class Case:
     quantity: str
     kind: Kind | None
     resolutions: tuple[int, ...]
-    errors: np.ndarray
-    curves: np.ndarray
-    bars_beside_grid: np.ndarray
-    beyond: np.ndarray | None = None
-    unproved: str = ""
-    areas: np.ndarray | None = None
+    errors: np.ndarray  # (steps,)
+    curves: np.ndarray  # (levels, steps)
+    bars_beside_grid: np.ndarray  # (steps,), of other sources
+    beyond: np.ndarray | None = None  # (steps,), relative distance from the proved interval, or NaN
+    unproved: str = ""  # why there is none at all
+    areas: np.ndarray | None = None  # (steps,), of contact
     apparent: float = float("nan")
     shares: Shares = field(default_factory=lambda: SHARES)
-    counted: np.ndarray | None = None
-    widened: float = 1.0
+    counted: np.ndarray | None = None  # (steps,), areas of cells on the finest grid
+    widened: float = 1.0  # times that the grid's bar is taken
 
     @property
     def rough(self) -> bool:

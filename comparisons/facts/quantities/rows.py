@@ -31,16 +31,10 @@ class Derived:
 
 @dataclass(frozen=True)
 class Bins:
-    """The bins of a distribution: equal steps of the logarithm of a value over its scale.
+    """The bins of a distribution on all surfaces: equal steps of a value's logarithm."""
 
-    They are the same for all methods on a scene, and histograms over many surfaces add up.
-
-    scale: E* h', the rms height, the nominal area A0.
-    low, high: ends, in units of the scale; what lies beyond counts to the outer bins.
-    """
-
-    scale: Literal["pressure", "height", "area"]
-    low: float
+    scale: Literal["pressure", "height", "area"]  # E* h', the rms height, the nominal area A0
+    low: float  # ends, in units of the scale; what lies beyond counts to the outer bins
     high: float
 
     @property
@@ -56,40 +50,24 @@ class Quantity:
 
     Beside a column ``force`` stand ``error_force`` and ``reference_uncertainty_force``, and
     ``stderr_force`` of an ensemble.
-
-    name: of its column.
-    label, symbol: what it is called in text, on axes and in tables.
-    unit: base SI: "m", "m2", "N", "N/m", "J", "Pa", "s", "B" or "" for a pure number.
-    comparable: a scene may name it in ``compare.quantities``.
-    default: it is compared where an elastic scene names none.
-    physics: only scenes with one of these tables have it; every scene, where there is none.
-    load: it may be prescribed, as such a load.
-    counterpart: where it is prescribed itself: at which other load it is compared, and all else
-    once more.
-    field: it is compared as a field at the last load, not as a curve.
-    norm: its error is the distance of two fields, which has no sign.
-    single: it is one value of a whole scene, the same at every step.
-    signed: it passes zero, so that relative changes of it mean nothing.
-    only: why who asks for it may ask in vain.
-    bins: it is a distribution over the surface, in these bins; of rough surfaces only.
     """
 
     name: str
-    label: str
+    label: str  # what it is called in text and on axes
     symbol: str = ""
-    unit: str = ""
-    comparable: bool = True
-    default: bool = False
-    physics: tuple[str, ...] = ()
-    load: Literal["", "normal", "tangential"] = ""
-    counterpart: str = ""
-    field: bool = False
-    norm: bool = False
-    single: bool = False
-    signed: bool = False
-    only: str = ""
+    unit: str = ""  # base SI: "m", "m2", "N", "N/m", "J", "Pa", "s", "B" or "" for a pure number
+    comparable: bool = True  # a scene may name it in ``compare.quantities``
+    default: bool = False  # it is compared where an elastic scene names none
+    physics: tuple[str, ...] = ()  # only scenes with one of these tables have it; else all
+    load: Literal["", "normal", "tangential"] = ""  # it may be prescribed, as such a load
+    counterpart: str = ""  # where it is prescribed: at which other load all is compared, too
+    field: bool = False  # it is compared as a field at the last load, not as a curve
+    norm: bool = False  # its error is the distance of two fields, which has no sign
+    single: bool = False  # it is one value of a whole scene, the same at every step
+    signed: bool = False  # it passes zero, so that relative changes of it mean nothing
+    only: str = ""  # why who asks for it may ask in vain
     derived: Derived | None = None
-    bins: Bins | None = None
+    bins: Bins | None = None  # it is a distribution over a rough surface, in these bins
 
     def title(self, unit: str) -> str:
         """Return "label symbol / unit" for an axis.
@@ -109,6 +87,11 @@ _BOUNDED = "unbounded at a sharp edge or tip"
 _ELLIPTIC = "known for ellipsoids on uniform elastic half-spaces alone"
 _UNIFORM = "known for uniform elastic half-spaces alone"
 _STICKS, _DRAGS = ("friction",), ("friction", "sliding")
+
+
+def _distribution(name: str, label: str, symbol: str, unit: str, bins: Bins) -> Quantity:
+    return Quantity(name, label, symbol, unit, field=True, norm=True, bins=bins)
+
 
 COMPUTED = (
     # Adhesion
@@ -207,13 +190,11 @@ COMPUTED = (
     Quantity("contact_count", "number of contacts", "n"),
     Quantity("energy", "elastic energy", "U", "J"),
     # Number of contacts of a size
-    Quantity(
+    _distribution(
         "contact_sizes",
         "areas of single contacts, distribution",
         "n(A)",
         "m2",
-        field=True,
-        norm=True,
         bins=Bins("area", 1e-8, 1.0),
     ),
     # Friction and sliding
@@ -240,14 +221,8 @@ COMPUTED = (
     Quantity("stick_area", "sticking area", "A_stick", "m2", physics=_STICKS),
     Quantity("friction_coefficient", "coefficient of friction", "µ", physics=_DRAGS),
     # Share of the surface that is open by a gap
-    Quantity(
-        "gap_distribution",
-        "gap, distribution",
-        "P(g)",
-        "m",
-        field=True,
-        norm=True,
-        bins=Bins("height", 1e-6, 1e2),
+    _distribution(
+        "gap_distribution", "gap, distribution", "P(g)", "m", bins=Bins("height", 1e-6, 1e2)
     ),
     # Impact
     Quantity("restitution", "coefficient of restitution", "e", physics=_HITS),
@@ -283,13 +258,11 @@ COMPUTED = (
         "pressure_integral", "integrated pressure", "∫p dA", "N", field=True, comparable=False
     ),
     # Share of the surface that carries a pressure
-    Quantity(
+    _distribution(
         "pressure_distribution",
         "contact pressure, distribution",
         "P(p)",
         "Pa",
-        field=True,
-        norm=True,
         bins=Bins("pressure", 1e-5, 1e2),
     ),
     # Rolling

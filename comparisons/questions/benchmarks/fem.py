@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import statistics
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, partial
 from importlib.util import find_spec
@@ -51,7 +51,7 @@ PEER_LEVELS = (2, 3, 4, 6, 8, 12, 16)
 
 def measure() -> list[Measurement]:
     """Run the measurements; takes minutes."""
-    rows = [*hertz(2e-4), *hertz(2e-5), fixed_mesh(5e-4), iterative()]
+    rows = [*hertz(2e-4), *hertz(2e-5), *hertz(5e-4, fixed=True), iterative()]
     return [*rows, against_peer("ngsolve"), *sizes()]
 
 
@@ -64,10 +64,29 @@ class Swept:
     sweep_seconds: float
 
 
-def run(elements: int, solver: str = "nested_dissection") -> Swept:
-    """Mesh, assemble, condense, and solve all depths on the mesh scaled to the contact."""
-    body = fem.half_space_body(_rings(elements), fem.Material(1.0, POISSON), solver=solver)
-    return _job(body, partial(fem.indent, body, _paraboloid, Load("penetration", DEPTHS)))
+def run(elements: int, solver: str = "nested_dissection", *, fixed: bool = False) -> Swept:
+    """Mesh, assemble, condense, and solve all depths on the mesh scaled to the contact.
+
+    Or on a fixed one with straight lines, independent of the contact edge.
+    """
+    mesh: fem.RingMesh | fem.TensorMesh = _rings(elements)
+    if fixed:
+        lines = np.linspace(0.0, 1.02, elements + 1)
+        mesh = fem.TensorMesh(lines, lines, symmetry="quarter", order=2, extent=2.0)
+    body = fem.half_space_body(mesh, fem.Material(1.0, POISSON), solver=solver)
+    start, loads = time.perf_counter(), Load("penetration", DEPTHS)
+    if fixed:
+        contacts = list(fem.press(body, _paraboloid(*body.points.T), loads))
+    else:
+        contacts = [contact for _, contact in fem.indent(body, _paraboloid, loads)]
+    spent = time.perf_counter() - start
+    hertz_force = 4.0 / 3.0 * body.effective_modulus * DEPTHS**1.5
+    return Swept(body, np.array([c.force for c in contacts]) / hertz_force - 1.0, spent)
+
+
+@cache
+def _error(elements: int, fixed: bool) -> float:
+    return rms_and_maximum(run(elements, fixed=fixed).errors)[0 if fixed else 1]
 
 
 def _timed(elements: int, solver: str = "nested_dissection") -> tuple[Swept, float]:
@@ -78,47 +97,32 @@ def _timed(elements: int, solver: str = "nested_dissection") -> tuple[Swept, flo
         return job, time.process_time() - start
 
 
-def run_fixed(elements: int) -> Swept:
-    """Solve on one mesh with straight lines, independent of the contact edge."""
-    lines = np.linspace(0.0, 1.02, elements + 1)
-    body = fem.half_space_body(
-        fem.TensorMesh(lines, lines, symmetry="quarter", order=2, extent=2.0),
-        fem.Material(1.0, POISSON),
-    )
-    gap = _paraboloid(*body.points.T)
-    return _job(
-        body, lambda: ((body, depth) for depth in fem.press(body, gap, Load("penetration", DEPTHS)))
-    )
+def hertz(bound: float, *, fixed: bool = False) -> list[Measurement]:
+    """Time the job and Pardiso in turns, on the coarsest mesh with its error within the bound.
 
-
-def hertz(bound: float) -> list[Measurement]:
-    """Time the job and its parts on the coarsest mesh with its largest error within the bound."""
-    elements = next(n for n in LEVELS if _worst(n) <= bound)
-    job = run(elements)
-    title = f"Hertz, 30 depths, force within {bound:.0e} (found {_worst(elements):.1e}), "
+    The largest error over the depths, on a fixed mesh the rms. On others, the job's parts, too.
+    """
+    levels = range(6, 16) if fixed else LEVELS
+    elements = next(n for n in levels if _error(n, fixed) <= bound)
+    task, target = partial(run, elements, fixed=fixed), FIXED if fixed else WHOLE
+    job, jobs = task(), list[Swept]()
+    kind = "fixed mesh, force rms" if fixed else "force"
+    title = f"Hertz, 30 depths, {kind} within {bound:.0e} (found {_error(elements, fixed):.1e}), "
     title += f"{job.body.unknowns} unknowns"
-    rows, shares = _against_pardiso(f"{title}: whole job", partial(run, elements), job, WHOLE)
-    job_row = rows[0]
-    parts = [job.body.seconds | {"sweep": job.sweep_seconds} for job in shares]
-    for name in parts[0]:
+    tasks: dict[str, Callable[[], object]] = {"job": lambda: jobs.append(task())}
+    if _has_pardiso():
+        tasks["yardstick"] = partial(_factorise, _stiffness(job.body.system))
+    times, whole = interleaved(tasks, READINGS, time.process_time), f"{title}: whole job"
+    row = Measurement(whole, statistics.median(times["job"]), NO_PARDISO, target=target)
+    if _has_pardiso():
+        row = measurement(whole, times["job"], FACTORISATION, times["yardstick"], target)
+    rows, parts = [row], [job.body.seconds | {"sweep": job.sweep_seconds} for job in jobs]
+    for name in parts[0] if not fixed else ():
         share = statistics.median(timing[name] / sum(timing.values()) for timing in parts)
-        ratio = None if job_row.ratio is None else share * job_row.ratio
-        part = share * job_row.seconds
-        rows.append(
-            Measurement(
-                f"{title}: {name}", part, job_row.yardstick, job_row.yardstick_seconds, ratio
-            )
-        )
+        ratio = None if row.ratio is None else share * row.ratio
+        seconds, yardstick = share * row.seconds, (row.yardstick, row.yardstick_seconds)
+        rows.append(Measurement(f"{title}: {name}", seconds, *yardstick, ratio))
     return rows
-
-
-def fixed_mesh(bound: float) -> Measurement:
-    """Time the job without scaling, with the rms of the relative errors within the bound."""
-    elements = next(n for n in range(6, 16) if rms_and_maximum(run_fixed(n).errors)[0] <= bound)
-    job = run_fixed(elements)
-    title = f"Hertz, 30 depths, fixed mesh, force rms within {bound:.0e} (found "
-    title += f"{rms_and_maximum(job.errors)[0]:.1e}), {job.body.unknowns} unknowns: whole job"
-    return _against_pardiso(title, partial(run_fixed, elements), job, FIXED)[0][0]
 
 
 def iterative() -> Measurement:
@@ -194,39 +198,6 @@ def _rings(elements: int) -> fem.RingMesh:
 
 def _paraboloid(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return 0.5 * (x**2 + y**2)
-
-
-def _job(
-    body: fem.CondensedBody,
-    press: Callable[[], Iterable[tuple[fem.CondensedBody, fem.NodalContact]]],
-) -> Swept:
-    start = time.perf_counter()
-    steps = list(press())
-    spent = time.perf_counter() - start
-    hertz_force = 4.0 / 3.0 * body.effective_modulus * DEPTHS**1.5
-    errors = np.array([step.force for _, step in steps]) / hertz_force - 1.0
-    return Swept(body, errors, spent)
-
-
-@cache
-def _worst(elements: int) -> float:
-    return float(np.abs(run(elements).errors).max())
-
-
-def _against_pardiso(
-    title: str, task: Callable[[], Swept], job: Swept, target: float
-) -> tuple[list[Measurement], list[Swept]]:
-    """Time a job and Pardiso in turns; also return the jobs with the times of their parts."""
-    jobs: list[Swept] = []
-    tasks: dict[str, Callable[[], object]] = {"job": lambda: jobs.append(task())}
-    if not _has_pardiso():
-        times = interleaved(tasks, READINGS, time.process_time)["job"]
-        row = Measurement(title, statistics.median(times), NO_PARDISO, target=target)
-        return [row], jobs
-    matrix = _stiffness(job.body.system)
-    tasks["yardstick"] = partial(_factorise, matrix)
-    both = interleaved(tasks, READINGS, time.process_time)
-    return [measurement(title, both["job"], FACTORISATION, both["yardstick"], target)], jobs
 
 
 def _has_pardiso() -> bool:

@@ -108,8 +108,10 @@ def _leaves(table: dict[str, Any]) -> dict[str, str]:
 class Span(SceneTable):
     """A parameter between two ends."""
 
+    # Keys of the scene that get the value (``indenter.radius_x``; numbers index lists), or
+    # ``resolution`` of the judged method; experiments define their parameter.
     path: Annotated[tuple[Name, ...], BeforeValidator(_listed)] = ()
-    name: Annotated[str, Field(max_length=100)] = ""
+    name: Annotated[str, Field(max_length=100)] = ""  # in words, with its symbol; or the path
     spacing: Literal["linear", "log"] = "linear"  # the scale of grids, draws and bisections
     # Factor between the number and the value in the scene ("10 mm").
     unit: Annotated[str, Field(max_length=40)] = ""
@@ -171,13 +173,7 @@ class Premise(SceneTable):
 
 
 class Vary(Span, populate_by_name=True):
-    """The parameter along which a claim is tested, and the initial grid of values for the search.
-
-    path: keys of the scene that get the value (``indenter.radius_x``; numbers index lists; several
-    keys get the same value), or ``resolution`` of the judged method; not used for experiments,
-    which define their parameter.
-    name: the parameter in words, with its symbol; default: the path, or the experiment's name.
-    """
+    """The parameter along which a claim is tested, and the grid of values for the search."""
 
     start: Annotated[Finite, Field(alias="from")]
     end: Annotated[Finite, Field(alias="to")]
