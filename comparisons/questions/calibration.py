@@ -214,17 +214,16 @@ def rough_cases(half: str, name: str, surface: dict[str, Any]) -> Inquiry[list[C
     if not all(solution.converged.all() for solution in grids.values()):
         return []
     kind: Kind = "periodic" if grids[TRUTH].contact == "periodic" else "free"
+
+    def with_mean(several: np.ndarray) -> list[np.ndarray]:
+        return [*several, several.mean(axis=0)] if len(several) > 1 else [*several]
+
     cases = []
     for quantity, levels in product(ROUGH_SURFACES, ROUGH_SERIES):
         values = np.array([grids[n].quantities[quantity] for n in (*levels, TRUTH)])
-        single = [values[:, k] for k in range(values.shape[1])]
-        means = [values.mean(axis=1)] if len(single) > 1 else []
         finest = grids[levels[-1]].quantities
-        areas, counted = (
-            [*area, *([area.mean(axis=0)] if means else [])]
-            for area in (finest["contact_area"], finest["contact_area_raw"])
-        )
-        for number, series in enumerate((*single, *means)):
+        areas, counted = (with_mean(finest[n]) for n in ("contact_area", "contact_area_raw"))
+        for number, series in enumerate(with_mean(values.swapaxes(0, 1))):
             known = series[:-1]
             case = Case(
                 half=half,

@@ -80,7 +80,7 @@ def execute(task: Task, repeats: int | None = None) -> Solution:
             start = time.perf_counter()
             solution = _solve(solver, task)
             times, setups = [time.perf_counter() - start], [solution.setup_seconds]
-            memory = _peak() - before
+            memory = peak_memory() - before
             answered = solution.converged.any()
             while answered and len(times) < most and sum(times) < REPEAT_SECONDS:
                 start = time.perf_counter()
@@ -179,7 +179,8 @@ def _reset_peak() -> float:
     return float(psutil.Process().memory_info().rss)
 
 
-def _peak() -> float:
+def peak_memory() -> float:
+    """Return the peak resident memory of this process since its reset, in bytes, or NaN."""
     try:
         lines = _STATUS.read_text().splitlines()
     except OSError:

@@ -28,6 +28,7 @@ from comparisons.methods.fem.step import bytes_of_elimination
 from comparisons.methods.registry import solver_of
 from comparisons.questions.benchmarks.yardstick import Measurement, growth, interleaved, measurement
 from comparisons.scene.scene import parse_scene
+from comparisons.solving.execution import peak_memory
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 from reference import fem
@@ -169,9 +170,9 @@ def sizes() -> list[Measurement]:
     for elements in SIZES:
         if bytes_of_elimination(_rings(elements)) > free_memory():
             break
-        before = _peak_memory()
+        before = peak_memory()
         job, spent = _timed(elements)
-        unknowns, memory = job.body.unknowns, _peak_memory()
+        unknowns, memory = job.body.unknowns, peak_memory()
         grown = f", peak memory {memory / 1e9:.2f} GB" if memory > before else ""
         title = f"cost at {unknowns} unknowns{grown}"
         rows[unknowns] = Measurement(title, spent, NOT_FACTORISED)
@@ -274,12 +275,3 @@ resolutions = {list(PEER_LEVELS)}
         if error <= bound:
             return spent, error, solution.unknowns
     return f"{peer}: best error {best:.1e} on the meshes it can do"
-
-
-def _peak_memory() -> float:
-    """Return the peak resident memory of this process in bytes (NaN if unknown)."""
-    try:
-        import resource
-    except ImportError:  # Windows
-        return float("nan")
-    return 1024.0 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
