@@ -27,6 +27,7 @@ MOST_REALISATIONS = 450
 # On grids that are coarser than the finest, of which nothing draws a band.
 MOST_COARSE = 20
 BARS = "reference_uncertainty"
+FLAGS = ("converged", "no_equilibrium", "undetermined")
 # Of values of single surfaces, and of their errors: their scatter is in the second.
 DIGITS, ERROR_DIGITS = 8, 5
 
@@ -57,8 +58,7 @@ def compare(
         for method, resolution in solved
         for table in _solution_tables(plan, levels[method], resolution, truth)
     ]
-    nowhere = {"options": "", "resolution": NAN, "step": NAN, "converged": False}
-    nowhere |= {"no_equilibrium": False, "undetermined": False}
+    nowhere = {"options": "", "resolution": NAN, "step": NAN, **dict.fromkeys(FLAGS, False)}
     tables += [
         pd.DataFrame(
             [{"scene": plan.scene.name, "method": m.method, **nowhere, "reason": m.reason}]
@@ -125,9 +125,7 @@ def _solution_tables(
     own: dict[str, Any] = {
         "iterations": solution.iterations[shown].ravel(),
         "violation": solution.violation[shown].ravel(),
-        "converged": solution.converged[shown].ravel(),
-        "no_equilibrium": solution.no_equilibrium[shown].ravel(),
-        "undetermined": solution.undetermined[shown].ravel(),
+        **{name: getattr(solution, name)[shown].ravel() for name in FLAGS},
         "reason": reasons.ravel(),
     }
     gone = solution.valueless_steps
@@ -144,11 +142,8 @@ def _solution_tables(
     yield pd.DataFrame(common | columns | own)
     if count > 1:
         means = {name: values[None, :] for name, values in levels.curves(resolution).items()}
-        own = {
-            "converged": solution.converged.all(axis=0),
-            "no_equilibrium": solution.no_equilibrium.all(axis=0),
-            "undetermined": solution.undetermined.all(axis=0),
-        } | {f"stderr_{name}": levels.standard_error(name, resolution) for name in means}
+        own = {name: getattr(solution, name).all(axis=0) for name in FLAGS}
+        own |= {f"stderr_{name}": levels.standard_error(name, resolution) for name in means}
         yield pd.DataFrame(common | _columns(plan, means, ["mean"], common, truth, gone) | own)
 
 

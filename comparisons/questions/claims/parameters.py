@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import BeforeValidator, Field, StrictBool, field_validator, model_validator
 
 from comparisons.facts.quantities import quantity
@@ -183,6 +184,13 @@ class Vary(Span, populate_by_name=True):
     def _a_range(self) -> Vary:
         _check_ends(self.start, self.end, self.spacing)
         return self
+
+    def numbers(self) -> list[float]:
+        """Return the initial values of the parameter, with exact end points."""
+        spaced = np.geomspace if self.spacing == "log" else np.linspace
+        inner = spaced(self.start, self.end, self.steps)[1:-1]
+        values = [self.start, *(float(value) for value in inner), self.end]
+        return list(dict.fromkeys(float(round(v)) for v in values)) if self.is_integer else values
 
 
 class Nuisance(Span, populate_by_name=True):

@@ -36,7 +36,7 @@ from comparisons.methods.solver import Refusal
 from comparisons.methods.user.external import user_methods
 from comparisons.questions.campaign import Campaign, Options
 from comparisons.questions.claims.claim import Claim, scene_of
-from comparisons.questions.claims.parameters import Nuisance, Span, Vary
+from comparisons.questions.claims.parameters import Nuisance, Vary
 from comparisons.questions.claims.record import (
     NOT_RUN,
     RECORD,
@@ -111,11 +111,11 @@ def along(claim: Claim, measure: Measure, effort: Effort) -> Inquiry[list[PointR
     if claim.vary is None:
         return (yield from points_at([None], claim.tolerance, measure))
     halvings = claim.vary.halvings(effort)
-    return (yield from walk(claim.vary, grid(claim.vary), claim.tolerance, measure, halvings))
+    return (yield from walk(claim.vary, claim.tolerance, measure, halvings))
 
 
 def walk(
-    span: Span, values: Sequence[float], tolerance: float, measure: Measure, bisections: int
+    span: Vary | Nuisance, tolerance: float, measure: Measure, bisections: int
 ) -> Inquiry[list[PointRecord]]:
     """Measure a claim at values of a parameter, then bisect all intervals that contain a boundary.
 
@@ -123,7 +123,7 @@ def walk(
     outside with errors of opposite signs, because the error passes zero there and the claim holds
     nearby. If a midpoint is not resolved, the bisection ends. Points come back in order.
     """
-    points = yield from points_at(values, tolerance, measure)
+    points = yield from points_at(span.numbers(), tolerance, measure)
     intervals = list(pairwise(points))
     for _ in range(bisections):
         split = []
@@ -168,14 +168,6 @@ def _number(value: float | None) -> float:
     return np.nan if value is None else value
 
 
-def grid(vary: Vary) -> list[float]:
-    """Return the initial values of the parameter, with exact end points."""
-    spaced = np.geomspace if vary.spacing == "log" else np.linspace
-    inner = spaced(vary.start, vary.end, vary.steps)[1:-1]
-    values = [vary.start, *(float(value) for value in inner), vary.end]
-    return list(dict.fromkeys(float(round(v)) for v in values)) if vary.is_integer else values
-
-
 def ranges_of(points: list[PointRecord]) -> list[RangeRecord]:
     """Return the intervals in which a claim holds (none without a parameter)."""
     stretches, start = [], 0
@@ -202,7 +194,7 @@ def along_nuisance(
         return replace(measured, parameter=number)
 
     halvings = 0 if nuisance.values else nuisance.halvings(effort)
-    points = yield from walk(nuisance, nuisance.numbers(), claim.tolerance, measure, halvings)
+    points = yield from walk(nuisance, claim.tolerance, measure, halvings)
     return NuisanceRecord(
         name=nuisance.name,
         reason=nuisance.reason,

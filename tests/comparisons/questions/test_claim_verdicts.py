@@ -21,14 +21,7 @@ from comparisons.questions.claims.record import (
     load_claims_record,
     verdict_of,
 )
-from comparisons.questions.claims.runner import (
-    MEASUREMENTS,
-    ClaimRun,
-    grid,
-    judge_claim,
-    ranges_of,
-    walk,
-)
+from comparisons.questions.claims.runner import MEASUREMENTS, ClaimRun, judge_claim, ranges_of, walk
 from comparisons.questions.claims.scenes import _deciding, _plan, interval, measure_scene
 from comparisons.questions.experiments import EXPERIMENTS, Experiment, Measurement, lammps
 from comparisons.questions.experiments.experiment import Finding, Share
@@ -50,7 +43,7 @@ def found(law, bar=0.0, bisections=12, **more):
         return Measurement(value, law(value), bar(value) if callable(bar) else bar)
 
     span = vary(**more)
-    return answer_of(walk(span, grid(span), TOLERANCE, measure, bisections))
+    return answer_of(walk(span, TOLERANCE, measure, bisections))
 
 
 def experiment_claim(monkeypatch, measure, **more):
@@ -135,9 +128,9 @@ def test_whole_numbers_stay_whole():
 def test_a_logarithmic_range_may_span_all_numbers():
     """Six hundred decades: neither the grid nor a midpoint overflows; its ends are exact."""
     for spacing in ("linear", "log"):
-        assert [grid(vary(0.1, 0.7, 7, spacing=spacing))[k] for k in (0, -1)] == [0.1, 0.7]
+        assert [vary(0.1, 0.7, 7, spacing=spacing).numbers()[k] for k in (0, -1)] == [0.1, 0.7]
     wide = vary(1e-300, 1e300, 5, spacing="log")
-    np.testing.assert_allclose(grid(wide), [1e-300, 1e-150, 1.0, 1e150, 1e300], rtol=1e-12)
+    np.testing.assert_allclose(wide.numbers(), [1e-300, 1e-150, 1.0, 1e150, 1e300], rtol=1e-12)
     points = found(
         lambda x: float(x > 1e100), 0.0, 4, start=1e-300, end=1e300, steps=5, spacing="log"
     )
