@@ -322,9 +322,7 @@ class Levels:
         return self._relative(means.half_width, means.mean, resolution)
 
     def standard_error(self, name: str, resolution: int) -> np.ndarray:
-        """Return the standard error of a mean; NaN where there is one surface."""
-        if self._single(resolution):
-            return np.full(self.solutions[resolution].converged.shape[1], np.nan)
+        """Return the standard error of a mean over several surfaces."""
         return np.sqrt(self._means(name, resolution).parts.sum(axis=0))
 
     def apart(self, name: str, resolution: int, truth: Levels, finest: int) -> np.ndarray:

@@ -211,12 +211,6 @@ def roughness_of(geometry: RoughGeometry) -> Roughness:
     )
 
 
-# Means of nonlinear curves differ by what is held: where the gap is, high peaks carry most force.
-MEANS_AT_EQUAL_GAP = (
-    "means over surfaces and lines are taken at equal mean gap, where the few with high peaks "
-    "carry most of the force: prescribe the force for means at equal force, which is another curve"
-)
-
 LARGE_LOSS = 0.3  # of energy: from here on the first order in the radiation says no number
 
 EDGE_CELLS = 4  # of a grid, across which the pressure on a rounded edge has its peak
@@ -266,7 +260,12 @@ def notes_of(draft: Plan, methods: tuple[MethodPlan, ...]) -> Iterable[str]:
             "(--full runs all of them)"
         )
     if isinstance(geometry, RoughGeometry) and draft.loads.control == "mean_gap":
-        yield MEANS_AT_EQUAL_GAP
+        # means of nonlinear curves differ by what is held
+        yield (
+            "means over surfaces and lines are taken at equal mean gap, where the few with high "
+            "peaks carry most of the force: prescribe the force for means at equal force, which is "
+            "another curve"
+        )
     if scene.counter_body is not None:
         yield "both bodies are elastic: their compliances 1/E* add"
     assumed = scene.half_space.poisson_ratio is None and scene.viscoelastic is None

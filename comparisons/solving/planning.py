@@ -186,7 +186,7 @@ def _plan_method(draft: Plan, name: str) -> MethodPlan:
     planned = solver.resolutions(draft.geometry)
     if scene.compare.resolutions is not None and planned != NO_GRID:
         planned = scene.compare.resolutions
-    refusals = {n: _refusal(draft, name, solver, n) for n in planned}
+    refusals = {n: refusal(draft, name, n, solver) for n in planned}
     feasible = tuple(n for n in planned if not refusals[n])
     dropped = [f"{n}: {reason}" for n, reason in refusals.items() if reason]
     if not feasible:
@@ -227,16 +227,13 @@ def _first_task(draft: Plan, name: str, solver: Solver[Any], resolution: int) ->
     return task_of(draft, name, resolution, block)
 
 
-def refusal(draft: Plan, name: str, resolution: int) -> str:
+def refusal(
+    draft: Plan, name: str, resolution: int, solver: Solver[Any] | Refusal | None = None
+) -> str:
     """Return why a resolution is not run, or an empty text."""
-    solver = solver_for(name, draft.scene)
-    return (
-        solver.reason if isinstance(solver, Refusal) else _refusal(draft, name, solver, resolution)
-    )
-
-
-def _refusal(draft: Plan, name: str, solver: Solver[Any], resolution: int) -> str:
-    geometry = draft.geometry
+    solver, geometry = solver or solver_for(name, draft.scene), draft.geometry
+    if isinstance(solver, Refusal):
+        return solver.reason
     if isinstance(geometry, RoughGeometry) and METHODS[name].dimension == 3:
         points = geometry.points[0]
         step = points // resolution if points % resolution == 0 else 0
