@@ -203,16 +203,6 @@ def is_known(name: str) -> bool:
     return name in METHODS
 
 
-def dimension_of(name: str) -> int:
-    """Return the dimension of a method; results may name one that is not here, taken as 3-D."""
-    return METHODS[name].dimension if name in METHODS else Method.dimension
-
-
-def growth(name: str) -> float:
-    """Return the factor of a method's work when its resolution doubles."""
-    return METHODS[name].growth if name in METHODS else Method.growth
-
-
 def title_of(name: str) -> str:
     """Return the title of a method, or its name if it is unknown."""
     return METHODS[name].title if is_known(name) else name

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from comparisons.facts.methods import METHODS
-from comparisons.facts.quantities import CURVES, FIELDS, counterpart, main_axis, quantity
+from comparisons.facts.quantities import CURVES, FIELDS, main_axis, quantity
 from comparisons.judging.fields import distribution_rows, field_bar, field_measures
 from comparisons.judging.levels import Levels
 from comparisons.judging.metrics import rms_and_maximum
@@ -223,7 +223,7 @@ def _verdicts(
             continue
         beyond = steps_outside(levels, resolution, truth, name)
         axis = plan.loads.axis
-        axes = (axis, counterpart(axis)) if plan.loads.compares_itself else (axis,)
+        axes = (axis, quantity(axis).counterpart) if plan.loads.compares_itself else (axis,)
         for at in axes:
             # a quantity is never compared at itself, nor where it is prescribed
             if at == name or (name in plan.loads.columns and not plan.loads.compares_itself):

@@ -15,7 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from comparisons.facts.methods import GRID, INDEPENDENT, MODEL, growth
+from comparisons.facts.methods import GRID, INDEPENDENT, METHODS, MODEL
 from comparisons.facts.quantities import FIELDS
 from comparisons.formatting import relative
 from comparisons.judging.levels import Levels, allocate, variances, within_budget
@@ -58,7 +58,7 @@ def refinements(
         if enough(plan, solutions) if enough else rms_and_maximum(truth.bar(main))[0] <= target:
             return
         finer = 2 * truth.resolution
-        expected = truth.solution.seconds * growth(truth.method)
+        expected = truth.solution.seconds * METHODS[truth.method].growth
         if plan.scene.compare.resolutions is not None:
             note = "not refined beyond the resolutions that the scene lists"
             break

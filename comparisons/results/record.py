@@ -25,7 +25,7 @@ from comparisons.facts.methods import (
     METHODS,
     MODEL,
     NOT_ASKED,
-    dimension_of,
+    Method,
     is_known,
     ours,
     title_of,
@@ -229,7 +229,7 @@ class SceneRecord:
     def dimension_of(self, method: str) -> int:
         """Return the dimension of a method, also of one that is not here any more."""
         told = (item.dimension for item in self.plan.methods if item.method == method)
-        return next(filter(None, told), None) or dimension_of(method)
+        return next(filter(None, told), METHODS.get(method, Method("")).dimension)
 
     @cached_property
     def unsupported(self) -> dict[str, str]:

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from comparisons.facts.methods import METHODS, Sort, Usual, growth
+from comparisons.facts.methods import METHODS, Method, Sort, Usual
 
 if TYPE_CHECKING:
     # Processes that only carry out jobs start in a third of the time without the scenes.
@@ -63,7 +63,7 @@ class Kind:
     @property
     def usual_seconds(self) -> float:
         """What such a job usually takes; where nobody knows, how that grows."""
-        usual = self.usual or Usual(growth=growth(self.method))
+        usual = self.usual or Usual(growth=METHODS.get(self.method, Method("")).growth)
         return usual.at(self.resolution) * self.realisations
 
     @property

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from comparisons.facts.methods import ELEMENTS, GRID, METHODS, MODEL, growth
+from comparisons.facts.methods import ELEMENTS, GRID, METHODS, MODEL
 from comparisons.facts.quantities import quantity
 from comparisons.formatting import number, relative, unpadded, with_unit
 from comparisons.geometry.bodies import BodyGeometry
@@ -172,7 +172,7 @@ def surface_cost(method: str, resolution: int) -> float:
 
     Times measured in a run would give other numbers of surfaces, and other digits, in the next.
     """
-    return float(growth(method) ** np.log2(resolution / 64))
+    return float(METHODS[method].growth ** np.log2(resolution / 64))
 
 
 MOST_RINGS = 100

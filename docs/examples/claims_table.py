@@ -190,7 +190,7 @@ def tally(record: ClaimsRecord) -> str:
         )
         sentences.append(f"{len(claims)} claims of {who}: {counts}")
     denied = [claim for claim in record.claims if claim.confirmed_by != "holds"]
-    confirming = sum(claim.confirms for claim in denied)
+    confirming = sum(claim.verdict == claim.confirmed_by for claim in denied)
     return (
         ". ".join(sentences) + f". The chapter denies {len(denied)} of them, {confirming} rightly."
     )

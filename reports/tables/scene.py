@@ -8,7 +8,7 @@ import numpy as np
 
 from comparisons import formatting as fmt
 from comparisons.facts.methods import CLOSED_FORM
-from comparisons.facts.quantities import counterpart, quantity
+from comparisons.facts.quantities import quantity
 from comparisons.facts.quantities.rows import HALF_AXES
 from comparisons.judging.verdicts import NO_RESULT, Verdict
 from comparisons.methods.normal.closed_form import form_of, form_pressure
@@ -213,8 +213,8 @@ def printed_settings(scene: SceneRecord) -> Table:
     names = dict.fromkeys(item.quantity for item in _compared(scene))
     pairs = [(name, scene.equal_at(name)) for name in names if name in scene.quantities]
     equal = f"at equal {quantity(scene.along).label}"
-    if counterpart(scene.along) and scene.along in scene.quantities:
-        other = quantity(counterpart(scene.along)).label
+    if quantity(scene.along).counterpart and scene.along in scene.quantities:
+        other = quantity(quantity(scene.along).counterpart).label
         equal += f" ({quantity(scene.along).label} itself at equal {other})"
     title = (
         f"{scene.title}: largest relative errors over all load steps {equal}, with "

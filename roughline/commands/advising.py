@@ -7,7 +7,7 @@ import math
 from typing import Any
 
 from comparisons.errors import InputError
-from comparisons.facts.quantities import counterpart, quantity
+from comparisons.facts.quantities import quantity
 from comparisons.formatting import listed
 from comparisons.geometry.prepare import RoughGeometry
 from comparisons.questions.claims.nearest import Nearest, claims_on, in_words, nearest, plainly
@@ -60,7 +60,9 @@ def print_known(plans: list[Plan], as_json: bool, again: str) -> int:
         for claim in claims_on(plan.scene):
             if names := [n for n in claim.quantity if n in asked]:
                 equal = (
-                    f" at equal {quantity(counterpart(control)).label}" if control in names else ""
+                    f" at equal {quantity(quantity(control).counterpart).label}"
+                    if control in names
+                    else ""
                 )
                 said = claim.sentence[0].lower() + claim.sentence[1:].rstrip(".")
                 text = f"{listed([quantity(n).label for n in names])}{equal}: {said}"

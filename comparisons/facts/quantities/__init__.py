@@ -62,18 +62,13 @@ def in_order(names: Iterable[str]) -> list[str]:
     return known + sorted(given.difference(known))
 
 
-def counterpart(axis: str) -> str:
-    """Return the other load at which quantities are also compared; "" of paths and histories."""
-    return quantity(axis).counterpart
-
-
 def main_axis(axis: str, name: str) -> str:
     """Return the load at which a quantity is compared: the prescribed one, or for it the other.
 
     >>> main_axis("force", "contact_area"), main_axis("force", "force"), main_axis("time", "time")
     ('force', 'penetration', 'time')
     """
-    return counterpart(axis) or axis if name == axis else axis
+    return quantity(axis).counterpart or axis if name == axis else axis
 
 
 def derived(

@@ -9,6 +9,6 @@ from comparisons.questions.benchmarks.yardstick import Measurement
 
 BENCHMARKS: dict[str, Callable[[], list[Measurement]]] = {
     "reduced": reduced.measure,
-    "bem": lambda: [*bem.measure(), *bem.measure_cost(), *memory.rows(memory.CASES["bem"])],
+    "bem": lambda: [*bem.measure(), *memory.rows(memory.CASES["bem"])],
     "fem": lambda: [*fem.measure(), *memory.rows(memory.CASES["fem"])],
 }

@@ -53,7 +53,7 @@ A_MINUTE = 60.0
 
 
 def measure() -> list[Measurement]:
-    """Run the measurements against peers, and a whole study; some ten minutes."""
+    """Run the measurements against peers, a whole study, and what the machine could do."""
     cases = [
         rough(points, cutoff, fraction, target)
         for cutoff in CUTOFFS
@@ -68,7 +68,16 @@ def measure() -> list[Measurement]:
         hertz(256, 40, CROPPED, cropped=True),
         ensemble(PEER_SURFACES, POINTS, LOADS, PATCHES),
     ]
-    return [*map(against_peers, cases), whole_study()]
+    costs = {points: _size(points) for points in SIZES}
+    transform = "N^2 log N", lambda n: n**2 * np.log(n)
+    return [
+        *map(against_peers, cases),
+        whole_study(),
+        *costs.values(),
+        growth(costs, "N per side", transform),
+        *(_floor(points) for points in LARGE_GRIDS),
+        *(_shared(points) for points in LARGE_GRIDS),
+    ]
 
 
 @dataclass(frozen=True)
@@ -230,18 +239,6 @@ SHARED = 1 / 1.7
 FLOOR = 5.0
 # Side of matrices and length of copies that measure the machine (128 MB: beyond most caches).
 _SQUARE, _COPIED = 1024, 2**25
-
-
-def measure_cost() -> list[Measurement]:
-    """Return the rows: cost against N, its exponent, and what the machine could do."""
-    costs = {points: _size(points) for points in SIZES}
-    transform = "N^2 log N", lambda n: n**2 * np.log(n)
-    return [
-        *costs.values(),
-        growth(costs, "N per side", transform),
-        *(_floor(points) for points in LARGE_GRIDS),
-        *(_shared(points) for points in LARGE_GRIDS),
-    ]
 
 
 def _size(points: int) -> Measurement:

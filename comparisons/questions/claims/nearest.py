@@ -19,7 +19,7 @@ import numpy as np
 from comparisons import formatting as fmt
 from comparisons.errors import InputError
 from comparisons.facts.methods import MODEL
-from comparisons.facts.quantities import counterpart, quantity
+from comparisons.facts.quantities import quantity
 from comparisons.geometry.plausibility import STEEPEST
 from comparisons.judging.verdicts import NOT_RESOLVED, OUTSIDE, WITHIN, WORST_FIRST, judged
 from comparisons.questions.claims.families import HERE, builtin_claims
@@ -202,7 +202,7 @@ def nearest(scene: Scene, loads: AbsoluteLoads, unit: float = np.nan) -> list[Ne
         for name in names if record.like(own) else ():
             point, word = _decided(record, stretch, own, scene.compare.tolerance)
             _, word_of_claim = _decided(record, stretch, own, record.tolerance)
-            at = counterpart(name) if name == loads.control else ""
+            at = quantity(name).counterpart if name == loads.control else ""
             answer = Nearest(name, at, record, stretch, point, word, word_of_claim, own)
             if answer.steep:
                 answer = replace(answer, word=NOT_RESOLVED)

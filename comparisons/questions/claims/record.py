@@ -131,11 +131,6 @@ class ClaimRecord(Form):
         return [*self.points, *beside, *self.draws]
 
     @property
-    def confirms(self) -> bool:
-        """Whether the verdict is the one that confirms its author (a failure can)."""
-        return self.verdict == self.confirmed_by
-
-    @property
     def differs(self) -> bool:
         """Whether the verdict differs from the expected one.
 
