@@ -20,7 +20,7 @@ from scipy.io import savemat
 
 from comparisons.questions.claims.families import HERE
 from comparisons.scene.scene import Scene, builtin_folder
-from comparisons.solving.execution import _peak
+from comparisons.solving.execution import peak_memory
 from roughline.commands.app import run_command
 
 try:  # of the extra topography; without it their suffixes hold text
@@ -175,7 +175,7 @@ def test_damaged_input_ends_in_an_answer_or_one_clear_error(kind, which, file, l
     name = sorted(files)[file % len(files)]
     textual = name.endswith(("toml", "json", "csv"))
     files[name] = damaged(files[name], lines if textual else [], pieces)
-    home, peak, before = Path.cwd(), _peak(), time.process_time()
+    home, peak, before = Path.cwd(), peak_memory(), time.process_time()
     told, complained = io.StringIO(), io.StringIO()
     # What hangs is interrupted, which is code 3.
     signal.signal(signal.SIGALRM, signal.default_int_handler)
@@ -198,4 +198,4 @@ def test_damaged_input_ends_in_an_answer_or_one_clear_error(kind, which, file, l
     assert code == 0 or said.strip()
     assert "Traceback" not in said
     assert time.process_time() - before < SECONDS
-    assert _peak() <= max(peak, BYTES)
+    assert peak_memory() <= max(peak, BYTES)

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from comparisons.facts.methods import growth
+from comparisons.facts.methods import METHODS
 from comparisons.judging.refinement import BUDGET, refinements
 from comparisons.judging.uncertainty import (
     HIGHEST,
@@ -268,7 +268,7 @@ def test_what_ends_a_refinement_is_named(refine, monkeypatch):
 
 def test_growth_of_work_is_that_of_the_method(refine):
     """With a budget just above 4.7 times the last solve it goes on, just below it ends."""
-    last = growth("bem_fft") * 16**2
+    last = METHODS["bem_fft"].growth * 16**2
     assert refine(tolerance=1e-3, seconds=1.0, budget=1.01 * last)[0] == (8, 16, 32)
     assert refine(tolerance=1e-3, seconds=1.0, budget=0.99 * last)[0] == (8, 16)
 
