@@ -18,7 +18,7 @@ is kept for a base set B (`bordered`); added points A and removed points R form 
     [ E_R'   0     0  ] [ f ]   [ 0 ]
 
 of which only the Schur complement, |A| + |R| equations, is new in a round. Below grids
-(`TabulatedCells`) coefficients are tabulated.
+(`tabulated`) coefficients are tabulated.
 """
 
 from collections.abc import Callable
@@ -227,46 +227,43 @@ def bordered(
     return respond
 
 
-class TabulatedCells:
-    """The cells of a gap below `reach`: beyond the penetration there is no contact.
+def tabulated(
+    body: ElasticBody, gap: Array, reach: float
+) -> tuple[Indices, Indices, Array, float, Respond]:
+    """Return rows, columns and gaps of the cells below `reach`, a unit, and their response.
 
-    The table of coefficients is divided by `unit`, a power of two, so that the square roots of the
-    factorisation round equally in all units; pressures are multiplied by it.
+    Beyond the penetration there is no contact. Coefficients are divided by the unit, a power of
+    two, so that the square roots of the factorisation round equally in all units; pressures are
+    multiplied by it.
     """
+    rows, columns = np.nonzero(np.isfinite(gap) & (gap < reach))
+    table = body.coefficients((int(np.ptp(rows)) + 1, int(np.ptp(columns)) + 1))
+    unit = power_of_two(float(table[0, 0]))
+    table = table / unit
 
-    def __init__(self, body: ElasticBody, gap: Array, reach: float) -> None:
-        self.rows, self.columns = np.nonzero(np.isfinite(gap) & (gap < reach))
-        self.gaps, self.reach = gap[self.rows, self.columns], reach
-        table = body.coefficients((int(np.ptp(self.rows)) + 1, int(np.ptp(self.columns)) + 1))
-        self.unit = power_of_two(float(table[0, 0]))
-        self.table = table / self.unit
+    def coefficients(points: Indices, loaded: Indices) -> Array:
+        return pairs(rows[points], columns[points], rows[loaded], columns[loaded], table)
 
-    def response(self) -> Respond:
-        """Return a new response of the cells, for one or several calls of `pivot`."""
-        rows, columns, table = self.rows, self.columns, self.table
+    def factorised(inside: Indices) -> Callable[[Array], Array]:
+        if inside.size > CELL_LIMIT:
+            raise ValueError(
+                f"{inside.size} cells in contact exceed the dense solver's limit of "
+                f"{CELL_LIMIT}: use descent, or a coarser grid"
+            )
+        matrix = coefficients(inside, inside)
+        try:
+            # transposed, the symmetric matrix has LAPACK's order and is overwritten, not copied
+            factor = cho_factor(matrix.T, lower=True, overwrite_a=True, check_finite=False)
+        except LinAlgError:
+            raise ConvergenceError("the matrix of the contact cells is not definite") from None
+        return partial(cho_solve, factor, check_finite=False)
 
-        def coefficients(points: Indices, loaded: Indices) -> Array:
-            return pairs(rows[points], columns[points], rows[loaded], columns[loaded], table)
+    def displacement(inside: Indices, pressures: Array) -> Array:
+        return _summed(rows, columns, rows[inside], columns[inside], pressures, table)
 
-        def factorised(inside: Indices) -> Callable[[Array], Array]:
-            if inside.size > CELL_LIMIT:
-                raise ValueError(
-                    f"{inside.size} cells in contact exceed the dense solver's limit of "
-                    f"{CELL_LIMIT}: use descent, or a coarser grid"
-                )
-            matrix = coefficients(inside, inside)
-            try:
-                # transposed, the symmetric matrix has LAPACK's order and is overwritten, not copied
-                factor = cho_factor(matrix.T, lower=True, overwrite_a=True, check_finite=False)
-            except LinAlgError:
-                raise ConvergenceError("the matrix of the contact cells is not definite") from None
-            return partial(cho_solve, factor, check_finite=False)
-
-        def displacement(inside: Indices, pressures: Array) -> Array:
-            return _summed(rows, columns, rows[inside], columns[inside], pressures, table)
-
-        # a border costs 2 n^2 operations per changed cell, a new factor n^3/3
-        return bordered(coefficients, factorised, displacement, 1 / 6)
+    # a border costs 2 n^2 operations per changed cell, a new factor n^3/3
+    respond = bordered(coefficients, factorised, displacement, 1 / 6)
+    return rows, columns, gap[rows, columns], unit, respond
 
 
 @njit(cache=True)

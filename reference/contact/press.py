@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from reference.arrays import Array, Mask
 from reference.contact.body import LARGEST_KEPT, Convolution, ElasticBody
 from reference.contact.descent import descend
-from reference.contact.pivot import CELL_LIMIT, TabulatedCells, pivot
+from reference.contact.pivot import CELL_LIMIT, pivot, tabulated
 from reference.errors import ConvergenceError, choice_faults, refuse
 from reference.loads import Load
 
@@ -486,7 +486,7 @@ def _pivot(
     By (19.7) for the pressures in contact, and (19.8) for the displacements outside.
     """
     lowest, force = float(gap.min()), load.control == "force"
-    near, cells = gap - lowest, None
+    near, known = gap - lowest, -np.inf
     mask = None if start is None else start.mask
     loads = load.values if force else load.values - lowest
     reaches = [started_from(body, near, value) if force else value for value in loads.tolist()]
@@ -495,28 +495,28 @@ def _pivot(
             yield assemble(body, gap, np.zeros(body.shape), prescribed, 0, [0.0])
             continue
         while True:
-            if cells is None or cells.reach < reach:
+            if known < reach:
                 # all loads use the cells of the largest one, and therefore the same factor
-                cells = TabulatedCells(body, near, max(reach, reaches[-1]))
-                respond = cells.response()
-            active = cells.gaps < reach
+                known = max(reach, reaches[-1])
+                rows, columns, gaps, unit, respond = tabulated(body, near, known)
+            active = gaps < reach
             if np.count_nonzero(active) > CELL_LIMIT:  # about half of an overlap stays in contact
-                active[np.argsort(cells.gaps, kind="stable")[CELL_LIMIT:]] = False
-            if mask is not None and mask[cells.rows, cells.columns].any():
-                active = mask[cells.rows, cells.columns]
+                active[np.argsort(gaps, kind="stable")[CELL_LIMIT:]] = False
+            if mask is not None and mask[rows, columns].any():
+                active = mask[rows, columns]
             settled = pivot(
                 respond,
-                cells.gaps,
+                gaps,
                 active,
-                value / body.cell_area * cells.unit if force else value,
+                value / body.cell_area * unit if force else value,
                 per_depth=0.0 if force else 1.0,
                 per_pressure=1.0 if force else 0.0,
                 max_rounds=max_iterations,
             )
             pressure = np.zeros(body.shape)
-            pressure[cells.rows, cells.columns] = settled.pressures / cells.unit
+            pressure[rows, columns] = settled.pressures / unit
             mask = pressure > 0
-            if settled.depth <= cells.reach:
+            if settled.depth <= known:
                 break
             # the depth was only an estimate: restart with all cells below the actual one
             reach = 1.2 * settled.depth
