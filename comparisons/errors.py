@@ -11,6 +11,18 @@ class NotInstalledError(InputError):
     """An optional part is missing: what needs it is not run, and nothing else is the worse."""
 
 
+class ProblemsError(InputError):
+    """Files of claims or hard cases are wrong: `problems` lists all, an entry per file and key."""
+
+    @property
+    def problems(self) -> list[str]:
+        """A line per problem."""
+        return list(self.args)
+
+    def __str__(self) -> str:
+        return "\n".join(self.args)
+
+
 class ResultsError(InputError):
     """A results folder cannot be read or written as asked."""
 

@@ -96,33 +96,33 @@ def drift(
     before = {scene.name: scene for scene in stored.scenes}
     findings = []
     for scene in now.scenes:
-        was = before.get(scene.name)
+        was, changed = before.get(scene.name), ""
         if was is None or method not in was.methods:
-            text = "not in the baseline: --update adds it"
-            findings.append(Finding(scene.name, MODEL, text, True))
+            changed = "not in the baseline: --update adds it"
         elif problem_of(was) != problem_of(scene):
-            text = "the scene itself is not the baseline's: --update takes the new one"
-            findings.append(Finding(scene.name, MODEL, text, True))
+            changed = "the scene itself is not the baseline's: --update takes the new one"
+        if was is None or changed:
+            findings.append(Finding(scene.name, MODEL, changed, True))
+            continue
+        own = [change for change in changes if change.scene == scene.name]
+        findings += _moves(scene.name, method, own)
+        # references that differ beyond their bars are a drift where none did before
+        text = " ".join(scene.disagreements)
+        known = {_pair(told) for told in was.disagreements}
+        if not text:
+            agreed = "the references agree within their bars"
+            findings.append(Finding(scene.name, AGREEMENT, agreed))
+        elif known.issuperset(map(_pair, scene.disagreements)):
+            text = f"as in the baseline: {text}"
+            findings.append(Finding(scene.name, AGREEMENT, text, notable=True))
         else:
-            own = [change for change in changes if change.scene == scene.name]
-            findings += _moves(scene.name, method, own)
-            # references that differ beyond their bars are a drift where none did before
-            text = " ".join(scene.disagreements)
-            known = {_pair(told) for told in was.disagreements}
-            if not text:
-                agreed = "the references agree within their bars"
-                findings.append(Finding(scene.name, AGREEMENT, agreed))
-            elif all(_pair(told) in known for told in scene.disagreements):
-                text = f"as in the baseline: {text}"
-                findings.append(Finding(scene.name, AGREEMENT, text, notable=True))
-            else:
-                findings.append(Finding(scene.name, AGREEMENT, text, True, True))
-            timed = [change for change in own if change.method == method and change.only_timed]
-            findings += [
-                Finding(scene.name, SPEED, f"{title_of(method)}: {change.text}", notable=True)
-                for change in timed[-1:]
-                if SLOW in change.kinds
-            ]
+            findings.append(Finding(scene.name, AGREEMENT, text, True, True))
+        timed = [change for change in own if change.method == method and change.only_timed]
+        findings += [
+            Finding(scene.name, SPEED, f"{title_of(method)}: {change.text}", notable=True)
+            for change in timed[-1:]
+            if SLOW in change.kinds
+        ]
     return findings
 
 

@@ -201,15 +201,10 @@ def hard_cases(
     case
         Run only this case, or the cases of this file; may be repeated.
     """
-    from comparisons.errors import InputError
+    from comparisons.errors import InputError, ProblemsError
     from comparisons.facts.methods import METHODS, method_named
     from comparisons.files import write_named_text, write_text
-    from comparisons.questions.hard_cases.case import (
-        HardCaseError,
-        catalogue,
-        load_cases,
-        load_record,
-    )
+    from comparisons.questions.hard_cases.case import catalogue, load_cases, load_record
     from comparisons.questions.hard_cases.run import HardCases
     from comparisons.results.folder import PAGE, held
     from reports.pages.hard_cases import hard_cases_page
@@ -228,7 +223,7 @@ def hard_cases(
             problems.append(str(error))
     try:
         cases = load_cases(case) if case else list(catalogue().values())
-    except HardCaseError as error:
+    except ProblemsError as error:
         problems += error.problems
     if problems:
         raise InputError("\n".join(problems))

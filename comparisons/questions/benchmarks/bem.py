@@ -27,7 +27,7 @@ from comparisons.machine import MEMORY_SHARE, free_memory
 from comparisons.peers import client
 from comparisons.questions.benchmarks.yardstick import Measurement, growth, interleaved, measurement
 from comparisons.questions.study import Study
-from comparisons.scene.scene import parse_scene
+from comparisons.scene.scene import load_scene
 from comparisons.solving.planning import plan_scene
 from reference import surfaces
 from reference.contact import pieces
@@ -204,26 +204,19 @@ def against_peers(case: SetUp) -> Measurement:
 
 def whole_study() -> Measurement:
     """Time the study of all surfaces on two processes as a user runs it, including files."""
-    scene = f"""
-name = "ensemble"
-[half_space]
-effective_modulus = "1 GPa"
-[surface]
-kind = "self_affine"
-hurst = {HURST}
-rms_slope = {SLOPE}
-size = "1 um"
-points = {POINTS}
-realisations = {SURFACES}
-[loading]
-force = {{ from = 1e-3, to = 1e-1, steps = {LOADS}, spacing = "log", relative_to = "E* A0 h'" }}
-[compare]
-methods = ["bem_fft"]
-resolutions = [{POINTS}]
-"""
+    surface = {"kind": "self_affine", "hurst": HURST, "rms_slope": SLOPE}
+    surface |= {"size": "1 um", "points": POINTS, "realisations": SURFACES}
+    force = {"from": 1e-3, "to": 1e-1, "steps": LOADS, "spacing": "log"}
+    tables = {
+        "name": "ensemble",
+        "half_space": {"effective_modulus": "1 GPa"},
+        "surface": surface,
+        "loading": {"force": force | {"relative_to": "E* A0 h'"}},
+        "compare": {"methods": ["bem_fft"], "resolutions": [POINTS]},
+    }
     with tempfile.TemporaryDirectory(prefix="roughline-") as name:
         folder = Path(name)
-        plans = plan_scene(parse_scene(scene, "ensemble", folder), "full")
+        plans = plan_scene(load_scene(tables), "full")
         start = time.perf_counter()
         Study(plans, folder / "out", effort="full", workers=2).run()
         spent = time.perf_counter() - start

@@ -14,7 +14,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, partial
 from importlib.util import find_spec
-from pathlib import Path
 
 import numpy as np
 from scipy import sparse
@@ -27,7 +26,7 @@ from comparisons.methods import runner
 from comparisons.methods.fem.step import bytes_of_elimination
 from comparisons.methods.registry import solver_of
 from comparisons.questions.benchmarks.yardstick import Measurement, growth, interleaved, measurement
-from comparisons.scene.scene import parse_scene
+from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import peak_memory
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
@@ -241,21 +240,14 @@ def _factorise(matrix: sparse.csr_array) -> None:
 
 def _peer_seconds(peer: str, bound: float) -> tuple[float, float, int] | str:
     """Return time, error and unknowns of a peer's coarsest mesh within the given error."""
-    scene = f"""
-name = "hertz"
-[half_space]
-youngs_modulus = 1.0
-poisson_ratio = {POISSON}
-[indenter]
-shape = "paraboloid"
-radius = 1.0
-[loading]
-penetration = [0.01]
-[compare]
-methods = ["{peer}"]
-resolutions = {list(PEER_LEVELS)}
-"""
-    (plan, *_) = plan_scene(parse_scene(scene, "hertz", Path()), "full")
+    tables = {
+        "name": "hertz",
+        "half_space": {"youngs_modulus": 1.0, "poisson_ratio": POISSON},
+        "indenter": {"shape": "paraboloid", "radius": 1.0},
+        "loading": {"penetration": [0.01]},
+        "compare": {"methods": [peer], "resolutions": list(PEER_LEVELS)},
+    }
+    (plan, *_) = plan_scene(load_scene(tables), "full")
     (planned,) = [method for method in plan.methods if method.method == peer]
     if not planned.supported:
         return planned.reason

@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError, field_validator, model_validator
 
-from comparisons.errors import InputError
+from comparisons.errors import InputError, ProblemsError
 from comparisons.facts.methods import METHODS, MODEL, method_named
 from comparisons.facts.quantities import COMPARABLE, DISTRIBUTIONS, FIELDS
 from comparisons.questions.claims.families import HERE, builtin_claims, read_family
@@ -51,14 +51,6 @@ _SET_BY = {
     "compare.tolerance": "tolerance",
     "compare.methods": "method",
 }
-
-
-class ClaimError(InputError):
-    """Invalid claim files; ``problems`` lists all errors, one entry per file and key."""
-
-    def __init__(self, problems: list[str]) -> None:
-        self.problems = problems
-        super().__init__("\n".join(problems))
 
 
 class Claim(SceneTable):
@@ -220,12 +212,12 @@ def about_method(claims: list[Claim], method: str) -> list[Claim]:
         if claim.experiment is None and claim.stated.number is None and claim.method == MODEL
     ]
     if not about:
-        raise ClaimError([f"--method: no claim here is about a scene that {method} could solve"])
+        raise ProblemsError(f"--method: no claim here is about a scene that {method} could solve")
     return about
 
 
 def load_claims(names: tuple[str, ...] = ()) -> list[Claim]:
-    """Return built-in claims by id and all of files, by default all; ClaimError lists problems."""
+    """Return built-in claims by id and all of files, by default all; or all problems."""
     builtin = builtin_claims()
     claims: list[Claim] = []
     problems: list[str] = []
@@ -238,10 +230,10 @@ def load_claims(names: tuple[str, ...] = ()) -> list[Claim]:
             if not path.is_file():
                 where = "see `roughline list claims`"
                 told = f"{path}: no such claim or file; {where}{near(name, builtin)}"
-                raise ClaimError([told])
+                raise ProblemsError(told)
             for member, keys in read_family(path).items():
                 claims.append(make_claim(keys, f"{path}: {member}", path.parent.resolve()))
-        except ClaimError as error:
+        except ProblemsError as error:
             problems += error.problems
         except ValueError as error:
             problems.append(f"{name}: {error}")
@@ -251,7 +243,7 @@ def load_claims(names: tuple[str, ...] = ()) -> list[Claim]:
         for name in sorted({claim_id for claim_id in ids if ids.count(claim_id) > 1})
     ]
     if problems:
-        raise ClaimError(problems)
+        raise ProblemsError(*problems)
     return claims
 
 
@@ -265,7 +257,7 @@ def make_claim(data: dict[str, Any], source: str, directory: Path) -> Claim:
     except ValidationError as error:
         problems = in_file(error, Claim) + problems
     if problems:
-        raise ClaimError([f"{source}: {problem}" for problem in problems])
+        raise ProblemsError(*(f"{source}: {problem}" for problem in problems))
     return claim
 
 

@@ -27,7 +27,7 @@ from pydantic import (
     model_validator,
 )
 
-from comparisons.errors import InputError
+from comparisons.errors import ProblemsError
 from comparisons.facts.methods import BUILT_IN
 from comparisons.facts.quantities import COMPARABLE
 from comparisons.files import read_toml
@@ -437,14 +437,6 @@ FOLDER = Path(__file__).parent
 ALL = "all"
 
 
-class HardCaseError(InputError):
-    """Invalid files of hard cases; ``problems`` lists all errors, one entry per key."""
-
-    def __init__(self, problems: list[str]) -> None:
-        self.problems = problems
-        super().__init__("\n".join(problems))
-
-
 class Family(SceneTable):
     """A file of hard cases."""
 
@@ -475,7 +467,7 @@ def builtin_files() -> list[Path]:
 
 
 def load_cases(names: Iterable[str]) -> list[HardCase]:
-    """Return cases by id, and all of user files; HardCaseError lists all problems of both."""
+    """Return cases by id, and all of user files; ProblemsError lists all problems of both."""
     builtin_cases, files, problems = catalogue(), [], []
     for name in names:
         if name not in builtin_cases and Path(name).is_file():
@@ -486,10 +478,10 @@ def load_cases(names: Iterable[str]) -> list[HardCase]:
     file_cases: list[HardCase] = []
     try:
         file_cases = read_cases(files, builtin_files())
-    except HardCaseError as error:
+    except ProblemsError as error:
         problems += error.problems
     if problems:
-        raise HardCaseError(problems)
+        raise ProblemsError(*problems)
     chosen = [builtin_cases[name] for name in names if name in builtin_cases]
     return list({case.id: case for case in (*chosen, *file_cases)}.values())
 
@@ -541,7 +533,7 @@ def read_cases(files: Iterable[Path], context_files: Iterable[Path] = ()) -> lis
             problems += [f"{lineage[0].source}: {problem}" for problem in _scene_problems(case)]
             cases.append(case)
     if problems:
-        raise HardCaseError(list(dict.fromkeys(problems)))
+        raise ProblemsError(*dict.fromkeys(problems))
     return cases
 
 

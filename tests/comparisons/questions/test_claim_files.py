@@ -4,9 +4,10 @@ from pathlib import Path
 
 import pytest
 
+from comparisons.errors import ProblemsError
 from comparisons.files import read_toml
 from comparisons.questions.claims import runner as subject
-from comparisons.questions.claims.claim import ClaimError, load_claims, make_claim, scene_of
+from comparisons.questions.claims.claim import load_claims, make_claim, scene_of
 from comparisons.questions.claims.families import HERE, SHARED, read_family
 from comparisons.questions.claims.record import STORED, load_claims_record
 from comparisons.questions.claims.runner import digest_of, imported, stale
@@ -54,7 +55,7 @@ nuisance = [{ like = "radius", stated = 3 }]
 
 def problems(**changes):
     data = {key: value for key, value in (RIGHT | changes).items() if value is not None}
-    with pytest.raises(ClaimError) as caught:
+    with pytest.raises(ProblemsError) as caught:
         make_claim(data, "a.toml", Path())
     return caught.value.problems
 
@@ -94,7 +95,7 @@ def test_a_file_says_once_what_its_claims_share(tmp_path):
 def test_tables_that_do_not_go_together_are_refused(tmp_path, change, fault):
     file = tmp_path / "family.toml"
     file.write_text(FAMILY.replace(*change))
-    with pytest.raises(ClaimError) as caught:
+    with pytest.raises(ProblemsError) as caught:
         load_claims((str(file),))
     assert fault in str(caught.value)
 
@@ -169,7 +170,7 @@ def test_what_is_wrong_with_a_claim_is_told_with_its_key(changes, fault):
 def test_missing_files_and_files_that_are_not_toml_are_told_together(tmp_path):
     broken = tmp_path / "broken.toml"
     broken.write_text("id = ")
-    with pytest.raises(ClaimError) as caught:
+    with pytest.raises(ProblemsError) as caught:
         load_claims((str(broken), "no-such-claim"))
     assert len(caught.value.problems) == 2
 

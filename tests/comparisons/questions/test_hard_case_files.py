@@ -5,13 +5,13 @@ import pickle
 import numpy as np
 import pytest
 
+from comparisons.errors import ProblemsError
 from comparisons.facts.methods import BUILT_IN, METHODS
 from comparisons.files import read_toml
 from comparisons.questions.hard_cases import case as files
 from comparisons.questions.hard_cases.case import (
     JUDGED,
     HardCase,
-    HardCaseError,
     builtin_files,
     catalogue,
     load_cases,
@@ -45,7 +45,7 @@ def problems(cases, tmp_path):
     """Return a reader that gives the problems of files instead, without their folder."""
 
     def read(*texts):
-        with pytest.raises(HardCaseError) as caught:
+        with pytest.raises(ProblemsError) as caught:
             cases(*texts)
         return [text.replace(f"{tmp_path}/", "") for text in caught.value.problems]
 
@@ -246,7 +246,7 @@ def test_values_of_the_wrong_kind_are_told(problems, key, value):
 
 def test_unknown_names_and_wrong_files_are_told_together(tmp_path):
     (tmp_path / "bad.toml").write_text("colour = 3")
-    with pytest.raises(HardCaseError) as caught:
+    with pytest.raises(ProblemsError) as caught:
         load_cases(["moon", "cusp", str(tmp_path / "bad.toml")])
     first, second = caught.value.problems
     assert "no such case or file: 'moon'" in first

@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from comparisons.errors import ProblemsError
 from comparisons.judging.verdicts import NOT_RESOLVED, OUTSIDE, WITHIN
-from comparisons.questions.claims.claim import ClaimError, load_claims, make_claim
+from comparisons.questions.claims.claim import load_claims, make_claim
 from comparisons.questions.claims.record import (
     FAILS,
     HOLDS,
@@ -189,13 +190,13 @@ def test_what_is_wrong_in_a_nuisance_is_told(monkeypatch):
         ({"values": [1, 2]}, "either values, or from and to"),
         ({"to": 0.1}, "from < to"),
     ):
-        with pytest.raises(ClaimError, match=said):
+        with pytest.raises(ProblemsError, match=said):
             law(monkeypatch, lambda *_: 0.0, nuisance=[OPEN | wrong])
-    with pytest.raises(ClaimError, match="different nuisance parameters"):
+    with pytest.raises(ProblemsError, match="different nuisance parameters"):
         law(monkeypatch, lambda *_: 0.0, nuisance=[OPEN, OPEN])
-    with pytest.raises(ClaimError, match="a map of vary and a nuisance"):
+    with pytest.raises(ProblemsError, match="a map of vary and a nuisance"):
         law(monkeypatch, lambda *_: 0.0, map={"up": "y"})
-    with pytest.raises(ClaimError, match="citation"):
+    with pytest.raises(ProblemsError, match="citation"):
         law(monkeypatch, lambda *_: 0.0, says="literature")
 
 
