@@ -81,7 +81,7 @@ def _bare(claim: ClaimRecord, file: Claim) -> ClaimRecord:
         ]
         changed["map"] = claim.map.model_copy(update={"rows": rows})
     bare = claim.model_copy(update=changed)
-    words = finding(file, "full", bare.points, bare.ranges, bare.nuisances, bare.draws, bare.map)
+    words = finding(file, bare.model_copy(update={"effort": "full"}))
     return bare.model_copy(update={"sentence": words})
 
 

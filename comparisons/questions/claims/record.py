@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from pydantic import Field
 
@@ -169,12 +168,7 @@ def stored() -> Mapping[str, ClaimRecord]:
     return {claim.id: claim for claim in load_claims_record(STORED).claims}
 
 
-if TYPE_CHECKING:
-    # Pages read verdicts, and would wait a second for the programs of all experiments.
-    from comparisons.questions.experiments.experiment import Effort
-
-
-def verdict_of(points: Iterable[str], effort: Effort = "full") -> str:
+def verdict_of(points: Iterable[str], effort: str = "full") -> str:
     """Return the verdict on a claim from the verdicts on all measured points.
 
     One point outside refutes a claim about the whole range: it "holds in a range" if another point
@@ -198,7 +192,7 @@ def verdict_of(points: Iterable[str], effort: Effort = "full") -> str:
 
 
 def verdict_over_all(
-    stated: list[str], along: list[str], draws: list[str], effort: Effort = "full"
+    stated: list[str], along: list[str], draws: list[str], effort: str = "full"
 ) -> str:
     """Return the verdict on a claim over all that its statement leaves open.
 

@@ -298,7 +298,7 @@ def judged_claim(claim: Claim, effort: Effort, seed: int = SEED) -> Inquiry[Clai
     ]
     beside = [*(line.points for line in nuisances), *(row.points for row in rows)]
     measured = [*points, *(point for line in beside for point in line), *draws]
-    return ClaimRecord(
+    record = ClaimRecord(
         **claim.model_dump(include=COPIED),
         author=claim.author,
         what=claim.what,
@@ -311,9 +311,7 @@ def judged_claim(claim: Claim, effort: Effort, seed: int = SEED) -> Inquiry[Clai
             [point.word for point in draws],
             effort,
         ),
-        sentence=finding(
-            claim, effort, points, ranges_of(points), list(nuisances), list(draws), validity
-        ),
+        sentence="",
         points=points,
         ranges=ranges_of(points),
         nuisances=list(nuisances),
@@ -329,6 +327,7 @@ def judged_claim(claim: Claim, effort: Effort, seed: int = SEED) -> Inquiry[Clai
         effort=effort,
         digest=digest_of(claim) if effort == "full" else "",
     )
+    return record.model_copy(update={"sentence": finding(claim, record)})
 
 
 def as_factor(measured: Measurement) -> Measurement:

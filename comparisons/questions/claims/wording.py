@@ -15,39 +15,24 @@ from comparisons.questions.claims.record import FAILS, HOLDS, IN_A_RANGE, not_ru
 
 if TYPE_CHECKING:
     from comparisons.questions.claims.claim import Claim
-    from comparisons.questions.claims.record import (
-        MapRecord,
-        NuisanceRecord,
-        PointRecord,
-        RangeRecord,
-    )
-    from comparisons.questions.experiments.experiment import Effort, Measurement
+    from comparisons.questions.claims.record import ClaimRecord, PointRecord, RangeRecord
+    from comparisons.questions.experiments.experiment import Measurement
 
 
-def finding(
-    claim: Claim,
-    effort: Effort,
-    points: list[PointRecord],
-    ranges: list[RangeRecord],
-    nuisances: list[NuisanceRecord],
-    draws: list[PointRecord],
-    validity: MapRecord | None,
-) -> str:
+def finding(claim: Claim, record: ClaimRecord) -> str:
     """Return what was found, in words: as the claim is stated, and beyond."""
-    verdict = verdict_of([point.word for point in points], effort)
-    stated = _sentence(claim, verdict, points, ranges)
-    return f"{stated} {_conditions(claim, nuisances, draws, validity)}".rstrip()
+    verdict = verdict_of([point.word for point in record.points], record.effort)
+    return f"{_sentence(claim, verdict, record)} {_conditions(claim, record)}".rstrip()
 
 
-def _sentence(
-    claim: Claim, verdict: str, points: list[PointRecord], ranges: list[RangeRecord]
-) -> str:
+def _sentence(claim: Claim, verdict: str, record: ClaimRecord) -> str:
     """Return a sentence on the verdict with the decisive numbers.
 
     "Within 1 % for R'/R'' from 1 to 1.96; outside from 2.04 on. Error there -1.0 %, and -16 % at
     20."
     """
     limit, factor = limit_words(claim.tolerance, claim.factor), claim.factor
+    points = record.points
 
     def at(point: PointRecord) -> str:
         text = error_text(point, factor)
@@ -94,7 +79,7 @@ def _sentence(
         smallest = at(min(failing, key=_size))
         found = f"Outside {limit}{resolved} for {span}; the smallest {noun} is {smallest}{left}."
     elif verdict == IN_A_RANGE:
-        stretches = _stretches(ranges, points)
+        stretches = _stretches(record.ranges, points)
         largest = at(max(judged, key=_size))
         found = f"Within {limit} for {claim.parameter} {stretches}. "
         found += f"The largest {noun} is {largest}{left}."
@@ -112,18 +97,14 @@ def _sentence(
     return f"{found} While {claim.premise.condition}: {within}; beyond: {beyond}."
 
 
-def _conditions(
-    claim: Claim,
-    nuisances: list[NuisanceRecord],
-    draws: list[PointRecord],
-    validity: MapRecord | None,
-) -> str:
+def _conditions(claim: Claim, record: ClaimRecord) -> str:
     """Return for what the claim holds beyond the setting at which it is stated, "" if for all.
 
     "The statement leaves open (at load 0.01): roll-off (1 above): within from 1 to 1.5 (not at
     1.8). Of 8 draws over all of it: 3 within, 5 outside; the largest error is -87 % (load 0.05,
     ...)."
     """
+    nuisances, draws, validity = record.nuisances, record.draws, record.map
     if not nuisances:
         return ""
     lines = []
