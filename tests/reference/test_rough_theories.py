@@ -15,7 +15,7 @@ from reference.closed_form.rough_theories import (
     greenwood_williamson,
     surface_peaks,
 )
-from reference.surfaces import hessian, summits
+from reference.surfaces import summits
 
 
 def self_affine(points=400):
@@ -161,14 +161,6 @@ def test_summits_have_the_density_and_mean_curvature_of_nayak():
     radius = (1 / np.sqrt(both.prod(axis=1))).mean()
     # the mean of 1/sqrt has a heavy tail of flat summits
     assert radius == pytest.approx(theory.mean_radius, rel=0.05)
-
-
-def test_the_hessian_of_a_rotated_paraboloid_like_wave():
-    """cos(2 x + y): second derivatives -4, -1, -2 times it, to round-off."""
-    x = 2 * np.pi * np.arange(32) / 32
-    h = np.cos(2 * x[:, None] + x)
-    for result, factor in zip(hessian(h, (x[1], x[1])), (-4, -1, -2), strict=True):
-        np.testing.assert_allclose(result, factor * h, atol=1e-12)
 
 
 def test_curvatures_of_summits_converge_with_the_square_of_the_spacing():

@@ -159,19 +159,6 @@ def test_slices_of_a_graded_body_give_way_as_it_does(exponent):
     )
 
 
-@pytest.mark.parametrize("metre", [2.0**-60, 2.0**60])
-def test_stresses_are_the_same_in_any_unit_of_length(metre):
-    """To the last digit: a power of two takes nothing from a number."""
-    depths, stack = np.array([0.05, 0.3]), Stack([0.2], [Material(3.0, 0.2)], STEEL)
-    scaled = Stack([0.2 * metre], [Material(3.0, 0.2)], STEEL)
-    sides = tuple(side * metre for side in SPACING)
-    here = inside(stack, pressures(), SPACING, depths)
-    there = inside(scaled, pressures(), sides, depths * metre)
-    for one, other in zip(here, there, strict=True):
-        np.testing.assert_array_equal(one.stress, other.stress)
-        np.testing.assert_array_equal(one.displacement * metre, other.displacement)
-
-
 def test_a_part_has_the_fields_of_the_whole_at_any_depth():
     """By rounding of the transforms."""
     stack, depths = Stack([0.2], [Material(3.0, 0.2)], STEEL), [0.05, 4.0, 20.0]

@@ -72,14 +72,6 @@ def test_values_are_those_of_hertz(ball):
     assert any(head.text.startswith("contact stiffness") for head in asked.heads)
 
 
-def test_the_ring_around_the_error_that_decided_hides_no_mark(ball):
-    """An arrow of an error below the axis stands inside of it."""
-    rings = [
-        line for line in drawn(ball, "error-force").get_lines() if "decided" in line.get_label()
-    ]
-    assert [ring.get_markerfacecolor() for ring in rings] == ["none"]
-
-
 def test_of_one_scene_each_quantity_has_a_row_with_its_error(ball):
     rows = [text for _, text in verdict_map([ball]).y.ticks]
     assert rows == [item.text for item in ball.verdicts_on()]

@@ -12,7 +12,6 @@ import tomllib
 from pathlib import Path
 from types import SimpleNamespace
 
-import meshio
 import numpy as np
 import pandas as pd
 import pytest
@@ -272,14 +271,6 @@ def test_an_entry_that_was_filled_in_is_not_written_anew(roughline, tmp_path):
     assert (tmp_path / "p/entry.json").read_text() == "mine"
 
 
-def test_loads_without_a_unit_are_in_si_as_in_a_scene(roughline):
-    plain, united = (
-        roughline("run", "paraboloid", "--loads", f"force={five}", "--plan").out
-        for five in ("5", "5 N")
-    )
-    assert plain == united != ""
-
-
 @pytest.mark.parametrize(
     "words",
     [
@@ -425,15 +416,6 @@ def test_solve_writes_a_table(roughline, tmp_path, ball):
     hertz = 4 / 3 * 210e9 / 0.91 * 0.1 * 2e-6**1.5
     assert float(rows[1]["force"]) == pytest.approx(hertz, rel=1e-12)
     assert files(tmp_path) == {"ball.toml", "sub", "sub/t.csv"}
-
-
-def test_solve_writes_fields_for_paraview_without_being_asked_for_pressure(
-    roughline, tmp_path, ball
-):
-    result = roughline("solve", ball, "--method", "bem_fft", "--resolution", "6", "--vtu", "f.vtu")
-    assert result.code == 0
-    mesh = meshio.read(tmp_path / "f.vtu")
-    assert mesh.point_data["pressure"].max() > 0
 
 
 def test_solve_questions_a_doubtful_scene(roughline, tmp_path, ball):
