@@ -31,7 +31,6 @@ from comparisons.questions.hard_cases.case import (
     RECORD,
     REFUSED,
     TABLE,
-    Curves,
     Expected,
     HardCase,
     HardCasesRecord,
@@ -49,6 +48,7 @@ from comparisons.tasks.task import Task
 PEER = "nothing is promised for other people's code: it is shown as it is"
 LOST, LEFT_OUT = "lost", "left out"
 WARNED = "warned: "
+Known = dict[str, tuple[np.ndarray, np.ndarray]]  # quantity -> exact values and their bars
 
 
 class HardCases(Campaign[list[OutcomeRecord], HardCasesRecord]):
@@ -129,28 +129,23 @@ def outcomes(case: HardCase, methods: Sequence[str], *, full: bool) -> Inquiry[l
     done = yield [job for jobs in (*solves.values(), *trusted.values()) for job in jobs]
     # the reference with its bars: a formula, a closed form, or the trusted method
     solved = {key: _joined(jobs, done) for key, jobs in trusted.items()}
-    exact: Curves = {}
-    bars: Curves = {}
+    known: Known = {}
     if case.truth.formula is not None:
-        exact = case.truth.formula.curves(true_plan)
-        bars = {name: np.full(len(v), EXACT) for name, v in exact.items()}
+        curves = case.truth.formula.curves(true_plan)
+        known = {name: (curve, np.full(len(curve), EXACT)) for name, curve in curves.items()}
     elif references := truths(solved, true_plan.loads.axis):  # none where it refuses the scene
         truth = references[0]
         # All methods solve the same surfaces, so the scatter between surfaces is not an error; on
         # an identical grid, only the solvers differ.
         alone = len(case.truth.resolutions) == 1
         left_out = {ENSEMBLE, DISCRETISATION} if alone else {ENSEMBLE}
-        exact = truth.curves
-        bars = {
-            name: combined(
-                np.full(len(truth.curves[name]), EXACT),
-                *(bar for source, bar in sources.items() if source not in left_out),
-            )
-            for name, sources in truth.sources.items()
-        }
+        for name, sources in truth.sources.items():
+            parts = [bar for source, bar in sources.items() if source not in left_out]
+            curve = truth.curves[name]
+            known[name] = curve, combined(np.full(len(curve), EXACT), *parts)
     for (name, resolution), jobs in solves.items():
         solution = _joined(jobs, done)
-        found[name] = _measured(case, plan, exact, bars, name, resolution, solution)
+        found[name] = _measured(case, plan, known, name, resolution, solution)
     return [found[name] for name in methods]
 
 
@@ -201,13 +196,7 @@ def _joined(jobs: Sequence[Job], done: Mapping[str, Done]) -> Solution:
 
 
 def _measured(
-    case: HardCase,
-    plan: Plan,
-    exact: Curves,
-    bars: Curves,
-    name: str,
-    resolution: int,
-    solution: Solution,
+    case: HardCase, plan: Plan, known: Known, name: str, resolution: int, solution: Solution
 ) -> OutcomeRecord:
     lost = tuple(int(step) for step in np.flatnonzero(~solution.converged.all(axis=0)))
     reason = "; ".join(dict.fromkeys((*solution.reasons.values(), *solution.warnings)))
@@ -224,8 +213,8 @@ def _measured(
     main = "force" if plan.loads.control != "force" else "penetration"
     if plan.loads.axis not in NORMAL:
         main = plan.compared[0]
-    error, bar = _largest_error(exact, bars, solution, main)
-    area, area_bar = _largest_error(exact, bars, solution, "contact_area")
+    error, bar = _largest_error(known, solution, main)
+    area, area_bar = _largest_error(known, solution, "contact_area")
     if not np.isfinite(error):
         return _judged(case, name, kind=LOST, **common | {"reason": f"gives no {main}; {reason}"})
     kind = ACCURATE if error + bar <= ACCURATE_TO else DEGRADED
@@ -234,18 +223,17 @@ def _measured(
     )
 
 
-def _largest_error(
-    exact: Curves, bars: Curves, solution: Solution, name: str
-) -> tuple[float, float]:
+def _largest_error(known: Known, solution: Solution, name: str) -> tuple[float, float]:
     """Return the largest relative error over the answered steps, and the reference's bar there."""
     curves = mean_curves(solution)
-    if name not in curves or name not in exact:
+    if name not in curves or name not in known:
         return float("nan"), 0.0
-    error = np.abs(relative_error(curves[name], exact[name], path=solution.path))
+    exact, bars = known[name]
+    error = np.abs(relative_error(curves[name], exact, path=solution.path))
     if not np.isfinite(error).any():
         return float("nan"), 0.0
     step = int(np.nanargmax(error))
-    return float(error[step]), float(bars[name][step])
+    return float(error[step]), float(bars[step])
 
 
 def _judged(case: HardCase, name: str, kind: str, **found: Any) -> OutcomeRecord:
