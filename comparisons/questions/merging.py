@@ -29,6 +29,7 @@ from comparisons.results.record import FIELDS_FOLDER, SceneRecord, StudyRecord
 from comparisons.results.run_comparison import MOVED
 from comparisons.results.store import STUDY, load_study
 from comparisons.scene.scene import Scene, parse_scene, validated
+from comparisons.solving.cluster import differences
 from comparisons.solving.plan import Plan
 from comparisons.solving.planning import plan_from
 from comparisons.tasks.solution import Solution, load_solution
@@ -180,14 +181,11 @@ def _unlike(runs: list[StudyRecord]) -> Iterator[str]:
             yield f"{run.directory}: a {run.effort} run, the first one is {runs[0].effort}"
 
 
-def _other_versions(directory: Path, run: StudyRecord | ensembles.EnsembleRecord) -> Iterator[str]:
-    """Yield the packages, and the source of roughline, of a run that are not those here."""
-    theirs = {**run.versions, "roughline's source": run.source or "not recorded"}
-    ours = versions() | {"roughline's source": source_digest()}
-    for name in dict.fromkeys([*ours, *theirs]):
-        pair = [release.get(name, "nothing")[:12] for release in (theirs, ours)]
-        if pair[0] != pair[1]:
-            yield f"{directory}: {name}: {pair[0]}, here {pair[1]}"
+def _other_versions(directory: Path, run: StudyRecord | ensembles.EnsembleRecord) -> list[str]:
+    """Return the packages, and the source of roughline, of a run that are not those here."""
+    theirs = {**run.versions, "roughline's source": (run.source or "not recorded")[:12]}
+    ours = versions() | {"roughline's source": source_digest()[:12]}
+    return [f"{directory}: {difference}" for difference in differences(ours, theirs)]
 
 
 def _kept(run: StudyRecord, record: SceneRecord, task: Task) -> Solution | None:
