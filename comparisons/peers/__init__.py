@@ -1,4 +1,1 @@
-"""Third-party solvers, run on the same problem in separate processes.
-
-Their methods are in `comparisons.methods.peers`. The comparing process imports no peer.
-"""
+"""Third-party solvers, run on the same problems in processes of their own, which import them."""
