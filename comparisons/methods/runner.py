@@ -103,9 +103,12 @@ def _contained(solver: Solver[Any], task: Task, reason: Callable[[Exception], st
     if unreached:
         return Solution.lost(task, f"no contact can be estimated: {unreached[0]}")
     try:
-        solution = solver.solve(task)
-        if not isinstance(solution, Solution):
-            raise MalformedError(f"solve: expected a Solution, got {in_kind(solution)}")
+        try:
+            solution = solver.solve(task)
+            if not isinstance(solution, Solution):
+                raise MalformedError(f"solve: expected a Solution, got {in_kind(solution)}")
+        except NO_ANSWER as error:  # of the solve alone: what is derived has no such words
+            return Solution.lost(task, error.reason)
         # a body of revolution pressed onto a plane touches it in a circle
         geometry, dragged = task.geometry, _DRAGGED & set(task.scene.physics)
         is_round = isinstance(geometry, IndenterGeometry) and geometry.indenter.axisymmetric
@@ -113,8 +116,6 @@ def _contained(solver: Solver[Any], task: Task, reason: Callable[[Exception], st
         is_round = is_round and on_plane and not dragged
         solution.quantities.update(derived(solution.quantities, task.scene, is_round=is_round))
         return solution
-    except NO_ANSWER as error:
-        return Solution.lost(task, error.reason)
     except Exception as error:  # the other loads carry on
         if is_interrupt(error):
             raise KeyboardInterrupt from error
