@@ -235,11 +235,10 @@ class Truth:
     ) -> tuple[str, ...]:
         """Return a sentence for each quantity in which a check differs by more than both bars.
 
-        Over the load steps the rms of the difference must stay below the rms of the combined bars,
-        and no single step may exceed twice its own: of hundreds of 95 % bars some are missed by
-        chance. Curves at the prescribed load are compared; an unknown bar cannot be exceeded. Only
-        differences beyond `MATTERS` of the tolerance: others change no verdict. `titles` are what
-        methods are called on this scene, if not by their own.
+        At the prescribed load, by the rms over the load steps, or at one step by twice its bars: of
+        hundreds of 95 % bars some are missed by chance. Only differences beyond `MATTERS` of the
+        tolerance: others change no verdict. `titles` are what methods are called on this scene, if
+        not by their own.
         """
         sentences: list[str] = []
         for check in self.checks:
@@ -295,11 +294,10 @@ class Truth:
 def choose_truth(solved: Solved, axis: str, quantities: tuple[str, ...]) -> Truth | None:
     """Return the best truth: the closed form, else the 3-D method known best.
 
-    Among 3-D methods the one whose compared quantities have the smallest bar wins; equal or
-    unknown bars follow their order of preference. Half-space solvers, and on rough surfaces all
-    methods, stand on the cells of a grid and have much the same error on the same one: of them only
-    the finest grid is a candidate, and of equal ones the preferred, lest a bar that is small by
-    chance wins. What knows none of the quantities is a truth only where nothing else is.
+    That is the one whose compared quantities have the smallest bar; equal or unknown bars follow
+    their order of preference. Methods on the cells of a grid have much the same error on the same
+    one: only the finest is a candidate, lest a bar that is small by chance wins. What knows none of
+    the quantities is a truth only where nothing else is.
     """
     everyone = truths(solved, axis)
     able = [truth for truth in everyone if not METHODS[truth.method].peer]

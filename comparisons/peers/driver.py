@@ -40,13 +40,11 @@ class PeerAnswer(NamedTuple):
 def drive(problem: Problem, make: Callable[[Problem], Peer]) -> dict[str, Any]:
     """Solve a problem by the peer that `make` imports and sets up, for every repeat.
 
-    The problem: gaps (m, nx, ny), starts (m, nx, ny), spacing, periodic, control, loads (k,),
-    tolerance and depth (m, k), repeats (largest number of timed repeats), repeat_seconds (no repeat
-    starts after that time).
-
-    The answer: pressure (m, k, nx, ny), iterations (m, k), reasons [[row, step, text], ...],
-    seconds and processor_seconds (one value per repeat), setup_seconds, compile_seconds (imports,
-    and plans of the first solve), memory (rise of the peak in bytes).
+    The problem: gaps and starts (m, nx, ny), spacing, periodic, control, loads (k,), tolerance and
+    depth (m, k), repeats (at most), repeat_seconds (none starts later). The answer: pressure (m, k,
+    nx, ny), iterations (m, k), reasons [[row, step, text], ...], seconds and processor_seconds by
+    repeat, setup_seconds, compile_seconds (imports, plans of the first solve), memory (rise of the
+    peak).
     """
     begin = time.perf_counter()
     peer = make(problem)  # imports

@@ -43,9 +43,8 @@ NOT_REFINED = "full: merged runs are not refined; continue with roughline run --
 def merge(directories: Iterable[Path], out: Path, command: str = "", files: Path = Path()) -> Study:
     """Write a new or empty folder with the solutions of several runs, complete or not.
 
-    A solve in two runs must have the same values in both (to 1e-5, the tolerance of iterations);
-    what no run has, `Study.lost` lists. `files` is the folder of the maps and meshes that the
-    scenes name. InputError lists all differences and errors.
+    A solve in two runs must have the same values in both (`MOVED`); what no run has, `Study.lost`
+    lists. `files` has the maps and meshes that scenes name. InputError lists all differences.
     """
     with filled(out, STUDY) as folder:
         runs = [load_study(path) for path in directories]

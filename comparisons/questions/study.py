@@ -164,8 +164,7 @@ class Study(Campaign[None, StudyRecord]):
         """Write study.json, its tables, and those to take away.
 
         Of a whole run lines and later surfaces are kept only where they are not soon solved again,
-        as `--resume` and `merge` do, and earlier loads only where a page shows them: on the finest
-        grid of a method. Parts wait to be merged.
+        and earlier loads only where a page shows them: on the finest grid of a method.
         """
         store.save_study(record)
         store.write_exports(record)

@@ -53,13 +53,11 @@ _compiled: dict[tuple[object, ...], float] = {}
 def execute(task: Task, repeats: int | None = None) -> Solution:
     """Solve a task on one thread, with its times and its peak memory.
 
-    The time is the median of repeats on warm code, until `repeats` (default REPEATS) or a tenth
-    of a second; compilation is counted apart. Memory is the rise of the process's peak during the
-    first solve (Linux; NaN elsewhere). A method that works in a process of its own measures all
-    that there.
-
-    A method that raises anything but a keyboard interrupt costs only its own rows: every step is
-    marked as failed with the reason. So is a step that comes back with NaN or inf.
+    The time is the median of repeats on warm code, until `repeats` (default REPEATS) or a tenth of
+    a second; compilation is counted apart. Memory is the rise of the process's peak during the
+    first solve. A method in a process of its own measures all that there. One that raises anything
+    but a keyboard interrupt costs its own rows, a step with NaN or inf itself: marked with the
+    reason.
     """
     most = REPEATS if repeats is None else repeats
     try:

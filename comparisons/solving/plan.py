@@ -181,10 +181,10 @@ MOST_RINGS = 100
 def roughness_of(geometry: RoughGeometry) -> Roughness:
     """Return spectrum and statistics of a surface.
 
-    The isotropic spectrum C2D(q) is the mean over circles (19.23), thinned to equal steps in log q.
-    Nayak's parameter is m0 m4/m2^2 = (3/2) <h^2> <(lap h)^2>/<|grad h|^2>^2, at least 1.5. Skewness
-    and kurtosis are of the heights of a map; a Gaussian surface has 0 and 3. The spectrum of a free
-    map is taken under a Hann window, because its opposite sides do not match.
+    The isotropic spectrum C2D(q) is the mean over circles (19.23), thinned to equal steps in log q,
+    of a free map under a Hann window. Nayak's parameter is m0 m4/m2^2 = (3/2) <h^2> <(lap
+    h)^2>/<|grad h|^2>^2, at least 1.5. Skewness and kurtosis are of a map; a Gaussian surface has 0
+    and 3.
     """
     spectrum = whole_spectrum(geometry)
     rings = spectrum.radial_average()

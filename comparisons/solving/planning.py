@@ -429,10 +429,8 @@ def prepared_otherwise(scene: Scene) -> list[Scene]:
 
     A mean height moves a contact as a whole: maps without any trend subtracted add nothing.
     Cut-offs are twice and four times the given one, or else the shortest wave of the map, 2 cells.
-
-    Quarters of free patches only. All have the forces of the map as given, quarters a quarter.
-    The scenes are those of a sweep over the preparation. InputError if the scene has no map, or two
-    faces.
+    Quarters, of free patches, have a quarter of the forces. InputError if the scene has no map, or
+    two faces.
     """
     face, (geometry, loads) = scene.surface, prepare(scene)
     if not isinstance(face, MeasuredMap) or not isinstance(geometry, RoughGeometry):

@@ -290,11 +290,9 @@ def interval(
 ) -> Measured:
     """Reduce errors with bars over the load steps to one signed error with half-width.
 
-    For any true errors within the bars u, the measure is bounded: the maximum of |e| by max(|e| -
-    u) and max(|e| + u), the rms by rms(e) -+ rms(u) from the triangle inequality. The midpoint and
-    half-width of this interval are returned; for equal bars these are the measure itself and its
-    bar. The sign is that of the largest error. A load step without a value or a bar leaves the
-    upper bound unknown.
+    For any true errors within the bars u, the maximum of |e| lies between max(|e| - u) and max(|e|
+    + u), the rms by rms(e) -+ rms(u): the midpoint and half-width of this interval, with the sign
+    of the largest error. A load step without a value or a bar leaves the upper end unknown.
     """
     bars = combined(*sources.values())
     finite = np.isfinite(errors) & np.isfinite(bars)
