@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, reduce
+from functools import cached_property, lru_cache, reduce
 from math import hypot
 from pathlib import Path
 
@@ -199,8 +199,15 @@ def combined(faces: Sequence[Face]) -> tuple[float, float]:
     return hypot(*slopes), hypot(*heights)
 
 
+@lru_cache(maxsize=4096)  # solves at many loads and on many grids have the same surfaces
+def _random_top(faces: tuple[Face, ...], realisation: int) -> float:
+    return surfaces.highest(together(faces, realisation))
+
+
 def top(faces: Sequence[Face], realisation: int) -> float:
     """Return the highest value of the function through the points, of all faces together."""
+    if all(face.random for face in faces):
+        return _random_top(tuple(faces), realisation)
     native = together(faces, realisation)
     if all(face.band_limited for face in faces):
         return surfaces.highest(native)
