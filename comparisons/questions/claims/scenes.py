@@ -48,26 +48,27 @@ def measure_scene(
     """Solve a claim's sides at one value of its parameter and measure the claim's error.
 
     Full effort refines the reference until its bar is a fifth of the tolerance. Quick effort solves
-    the finest of three grids only where the others leave the claim open. If `independent`, all 3-D
+    finer grids only where coarser ones leave the claim open; on the coarsest, which the plan of the
+    scene has not, thrice the bar has to decide. If `independent`, all 3-D
     methods solve, so that references check each other; else the cheapest suitable one. InputError
     if a scene cannot be prepared at this value.
     """
     stated, true = claim.sides(value)
     measure = _measure_together if true.same_scene(stated) else _measure_apart
-    if effort == "quick":
-        measured = yield from measure(claim, value, effort, independent=independent, spared=True)
-        told = judged(measured.error, measured.uncertainty, claim.tolerance)
-        if told.word in (WITHIN, OUTSIDE) and claim.factor is None:
-            return measured
+    for omitted, safety in ((2, 3), (1, 1)) if effort == "quick" and claim.factor is None else ():
+        found = yield from measure(claim, value, effort, independent=independent, omitted=omitted)
+        told = judged(found.error, safety * found.uncertainty, claim.tolerance)
+        if told.word in (WITHIN, OUTSIDE):
+            return found
     return (yield from measure(claim, value, effort, independent=independent))
 
 
 def _measure_together(
-    claim: Claim, value: float | None, effort: Effort, *, independent: bool, spared: bool = False
+    claim: Claim, value: float | None, effort: Effort, *, independent: bool, omitted: int = 0
 ) -> Inquiry[Measurement]:
     """Measure the error of the judged method on the scene of the truth, with springs refined."""
     side, own = claim.sides(value)[1], [claim.method]
-    plan = _plan(claim, value, side, effort, judged=own, independent=independent, spared=spared)
+    plan = _plan(claim, value, side, effort, judged=own, independent=independent, omitted=omitted)
     solved: Solved = yield from curves(plan)
     if effort == "full":
         plan, solved = yield from _truth_refined(plan, solved)
@@ -99,9 +100,9 @@ def _deciding(measured: list[Measured], tolerance: float) -> Measured:
 
 
 def _measure_apart(
-    claim: Claim, value: float | None, effort: Effort, *, independent: bool, spared: bool = False
+    claim: Claim, value: float | None, effort: Effort, *, independent: bool, omitted: int = 0
 ) -> Inquiry[Measurement]:
-    """Measure a claim on two scenes or a number; `spared` omits the true side's finest grid."""
+    """Measure a claim on two scenes or a number; the true side omits some of its finest grids."""
     known: list[dict[str, tuple[np.ndarray, Sources]]] = []
     details: dict[str, float | str] = {}
     seconds, path = 0.0, False
@@ -113,8 +114,8 @@ def _measure_apart(
             known.append(dict.fromkeys(claim.quantity, (np.array([number]), digits)))
             details[f"source of the {word} value"] = side.source
             continue
-        omits = spared and side is true
-        plan = _plan(claim, value, side, effort, independent=independent, spared=omits)
+        fewer = omitted if side is true else 0
+        plan = _plan(claim, value, side, effort, independent=independent, omitted=fewer)
         solved: Solved = yield from curves(plan)
         if side is stated and not _fixed(claim):
             solved = yield from _springs_refined(claim, plan, solved)
@@ -170,7 +171,7 @@ def _plan(
     *,
     judged: Sequence[str] = (),
     independent: bool,
-    spared: bool = False,
+    omitted: int = 0,
 ) -> Plan:
     """Plan what is judged and what a side needs: its own method, or references.
 
@@ -195,13 +196,12 @@ def _plan(
     if exact and side.method is None:
         more["compare.tolerance"] = CHECKING
     (plan, *_) = plan_scene(scene_of(claim, side, more), effort)
+    fewer = dict.fromkeys(methods, omitted)
     if effort == "quick" and side.method is None:
-        checks = {m for m in methods if exact or (not METHODS[m].grid and scene.physics)}
-        checks -= {claim.method}
-        plan = replace(plan, methods=tuple(_coarser(m, checks) for m in plan.methods))
-    if spared:
-        others = {m.method for m in plan.methods} - set(judged)
-        plan = replace(plan, methods=tuple(_coarser(m, others) for m in plan.methods))
+        checks = [m for m in methods if exact or (not METHODS[m].grid and scene.physics)]
+        fewer |= dict.fromkeys(checks, max(omitted, 1))
+    fewer |= dict.fromkeys([*judged, claim.method], 0) if side.method is None else {}
+    plan = replace(plan, methods=tuple(_without_finest(plan, m, fewer) for m in plan.methods))
     if not _fixed(claim) or claim.method not in methods:
         return plan
     assert value is not None
@@ -216,10 +216,17 @@ def _fixed(claim: Claim) -> bool:
     return claim.vary is not None and claim.vary.path == (RESOLUTION,)
 
 
-def _coarser(planned: MethodPlan, spared: set[str]) -> MethodPlan:
-    """Omit the finest of three grids of a method among those that may do without."""
-    fewer = planned.resolutions[:-1] if planned.method in spared else ()
-    return replace(planned, resolutions=fewer) if len(fewer) > 1 else planned
+def _without_finest(plan: Plan, planned: MethodPlan, omitted: dict[str, int]) -> MethodPlan:
+    """Omit the finest of three grids of a method; or all but the coarsest, beside its half."""
+    grids, most = planned.resolutions, omitted.get(planned.method, 0)
+    if not most or len(grids) < 2:
+        return planned
+    # fewer than four cells tell nothing; plans of quadratic elements begin with three, and two do
+    half = 2 if grids[0] == 3 else grids[0] // 2
+    fine = grids[0] == 3 or half >= 4
+    if most == 2 and fine and not refusal(plan, planned.method, half):
+        return replace(planned, resolutions=(half, grids[0]), numbers=2 * planned.numbers[:1])
+    return replace(planned, resolutions=grids[:-1]) if len(grids) > 2 else planned
 
 
 def _with(planned: MethodPlan, claim: Claim, resolutions: tuple[int, ...]) -> MethodPlan:

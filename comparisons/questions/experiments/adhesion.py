@@ -60,7 +60,7 @@ from reference.surfaces import SelfAffine, amplitude_spectrum
 
 # Cells across the zone, and cells per radius of the disc of equal area.
 _ZONE = 6
-_GRIDS: dict[Effort, tuple[int, ...]] = {"quick": (12, 24), "full": (16, 32, 48)}
+_GRIDS: dict[Effort, tuple[int, ...]] = {"quick": (10, 20), "full": (16, 32, 48)}
 _RAMP, _TOLERANCE = 0.3, 1e-6
 # The path ends when the force exceeds its minimum by this factor.
 _RISEN = 0.05
@@ -349,7 +349,7 @@ def rough_adhesion(
         values = _surfaces(surface, adhesion, load, quantity, factor, number)
         return values["true"] / values[theory] if theory in values else values["true"]
 
-    true, grid_bar = truth(sample, _SURFACES, effort)
+    true, grid_bar = truth(sample, _SURFACES, effort, fewest=_SURFACES // 2)
     stated: np.ndarray | list[float] = [1.0]
     if theory == "line":
         law, lines = attraction_law(surface, *adhesion), surface.lines(_LINES, _FINER).draw()

@@ -183,7 +183,7 @@ def each_line(
 
 
 def truth(
-    sample: Callable[[int, int], np.ndarray], count: int, effort: str
+    sample: Callable[[int, int], np.ndarray], count: int, effort: str, *, fewest: int = 6
 ) -> tuple[np.ndarray, float]:
     """Return samples scaled to the best mean, and the relative 95 % bar of the grid.
 
@@ -191,11 +191,12 @@ def truth(
     finer than their own. The same realisations are solved on grids two and four times finer (a
     sixth and a thirtieth of them, because ratios scatter far less than values); the bar is the last
     change times Roache's factor at first order, the order of areas, with the scatter of the ratios.
-    Quick effort stops at the first refinement, with the factor for two grids.
+    Quick effort stops at the first refinement, with the factor for two grids, on `fewest` surfaces
+    at least.
     """
     samples = sample(1, count)
     ratios, bars = [], []
-    steps = [(2, max(6, count // 6))]
+    steps = [(2, max(6 if effort == "full" else fewest, count // 6))]
     if effort == "full":
         steps.append((4, max(3, count // 30)))
     for factor, number in steps:
