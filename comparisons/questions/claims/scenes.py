@@ -221,11 +221,13 @@ def _without_finest(plan: Plan, planned: MethodPlan, omitted: dict[str, int]) ->
     grids, most = planned.resolutions, omitted.get(planned.method, 0)
     if not most or len(grids) < 2:
         return planned
-    # fewer than four cells tell nothing; plans of quadratic elements begin with three, and two do
-    half = 2 if grids[0] == 3 else grids[0] // 2
-    fine = grids[0] == 3 or half >= 4
-    if most == 2 and fine and not refusal(plan, planned.method, half):
-        return replace(planned, resolutions=(half, grids[0]), numbers=2 * planned.numbers[:1])
+    # fewer than four cells tell nothing, of quadratic elements two do; of an ensemble the coarsest
+    # grid, which has most surfaces, is no cheaper than the others
+    elements = not METHODS[planned.method].grid
+    half = max(grids[0] // 2, 2) if elements else grids[0] // 2
+    tells = half < grids[0] and half >= (2 if elements else 4) and not planned.numbers
+    if most == 2 and tells and not refusal(plan, planned.method, half):
+        return replace(planned, resolutions=(half, grids[0]))
     return replace(planned, resolutions=grids[:-1]) if len(grids) > 2 else planned
 
 
