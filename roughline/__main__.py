@@ -22,8 +22,8 @@ SAME_PRESS = 0.5
 # Seconds in which a destructor or a callback that swallowed a press ends, before it comes again.
 UNTIL_AGAIN = 0.01
 SHOW_CURSOR = b"\x1b[?25h"  # a bar on the terminal had hidden it
-# The five packages have common names.
 SHADOWED = "roughline's packages are shadowed by others:"
+# The other packages have common names.
 PACKAGES = ("reduced", "reference", "comparisons", "reports")
 
 
@@ -97,11 +97,6 @@ def foreign_packages() -> list[str]:
     """Return one line for each of our packages that is shadowed.
 
     Resolves the packages as an import would, without importing them.
-
-    Examples
-    --------
-    >>> foreign_packages()
-    []
     """
     home = Path(__file__).resolve().parents[1]
     lines = []

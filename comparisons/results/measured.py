@@ -57,7 +57,7 @@ def modulus_sentence(scene: SceneRecord) -> str:
         return ""
     fits = modulus_fits(scene)
     if not fits:
-        return "Measured curve: no modulus, as too few points lie within the computed depths."
+        return "Measured curve: no modulus fits, or too few points lie within the computed depths."
     moduli = []
     for name, fit in fits.items():
         scale = fmt.prefix_for(fit.modulus, "Pa")
@@ -123,7 +123,10 @@ def fit_modulus(
         shape = model(points[0], 1.0)
         start = [float(shape @ points[1] / (shape @ shape)), 0.0][:parameters]
         scale = [abs(start[0]) or 1.0, 0.1][:parameters]
-        found, covariance = curve_fit(model, *points, start, method="trf", x_scale=scale)
+        try:
+            found, covariance = curve_fit(model, *points, start, method="trf", x_scale=scale)
+        except RuntimeError:  # no modulus fits: a force that falls with the depth, or noise alone
+            return None
         zero = float(found[1] * reach) if fit_zero else 0.0
         # Another first touch moves points in and out of the computed depths.
         now = within(zero)

@@ -48,27 +48,45 @@ def measure_scene(
     """Solve a claim's sides at one value of its parameter and measure the claim's error.
 
     Full effort refines the reference until its bar is a fifth of the tolerance. Quick effort solves
-    finer grids only where coarser ones leave the claim open; on the coarsest, which the plan of the
-    scene has not, thrice the bar has to decide. If `independent`, all 3-D
-    methods solve, so that references check each other; else the cheapest suitable one. InputError
-    if a scene cannot be prepared at this value.
+    the coarsest grid and one of its half first, where three times the bar has to decide, then all
+    but the finest of three, then all. If `independent`, all 3-D methods solve, so that references
+    check each other; else the cheapest suitable one. InputError if a scene cannot be prepared at
+    this value.
     """
     stated, true = claim.sides(value)
-    measure = _measure_together if true.same_scene(stated) else _measure_apart
-    for omitted, safety in ((2, 3), (1, 1)) if effort == "quick" and claim.factor is None else ():
-        found = yield from measure(claim, value, effort, independent=independent, omitted=omitted)
+    together = true.same_scene(stated)
+    judged_here = [claim.method] if together else []
+    plan = None
+    if true.solved:
+        plan = _plan(claim, value, true, effort, judged=judged_here, independent=independent)
+    stages = [(plan, 1)]
+    if plan is not None and effort == "quick" and claim.factor is None:
+        last = plan.methods
+        for coarser, safety in ((_but_the_finest, 1), (_coarsest, 3)):
+            methods = tuple(
+                m if m.method in judged_here else coarser(plan, m) for m in plan.methods
+            )
+            if methods != last:
+                stages.insert(0, (replace(plan, methods=methods), safety))
+            last = methods
+    seconds = 0.0
+    for planned, safety in stages:
+        if together:
+            assert planned is not None
+            found = yield from _measure_together(claim, value, effort, planned)
+        else:
+            found = yield from _measure_apart(claim, value, effort, planned, independent)
+        seconds += found.seconds
         told = judged(found.error, safety * found.uncertainty, claim.tolerance)
         if told.word in (WITHIN, OUTSIDE):
-            return found
-    return (yield from measure(claim, value, effort, independent=independent))
+            break
+    return replace(found, seconds=seconds)
 
 
 def _measure_together(
-    claim: Claim, value: float | None, effort: Effort, *, independent: bool, omitted: int = 0
+    claim: Claim, value: float | None, effort: Effort, plan: Plan
 ) -> Inquiry[Measurement]:
     """Measure the error of the judged method on the scene of the truth, with springs refined."""
-    side, own = claim.sides(value)[1], [claim.method]
-    plan = _plan(claim, value, side, effort, judged=own, independent=independent, omitted=omitted)
     solved: Solved = yield from curves(plan)
     if effort == "full":
         plan, solved = yield from _truth_refined(plan, solved)
@@ -100,9 +118,9 @@ def _deciding(measured: list[Measured], tolerance: float) -> Measured:
 
 
 def _measure_apart(
-    claim: Claim, value: float | None, effort: Effort, *, independent: bool, omitted: int = 0
+    claim: Claim, value: float | None, effort: Effort, true_plan: Plan | None, independent: bool
 ) -> Inquiry[Measurement]:
-    """Measure a claim on two scenes or a number; the true side omits some of its finest grids."""
+    """Measure a claim on two scenes, or a number for one of them."""
     known: list[dict[str, tuple[np.ndarray, Sources]]] = []
     details: dict[str, float | str] = {}
     seconds, path = 0.0, False
@@ -114,8 +132,8 @@ def _measure_apart(
             known.append(dict.fromkeys(claim.quantity, (np.array([number]), digits)))
             details[f"source of the {word} value"] = side.source
             continue
-        fewer = omitted if side is true else 0
-        plan = _plan(claim, value, side, effort, independent=independent, omitted=fewer)
+        plan = true_plan if side is true else None
+        plan = plan or _plan(claim, value, side, effort, independent=independent)
         solved: Solved = yield from curves(plan)
         if side is stated and not _fixed(claim):
             solved = yield from _springs_refined(claim, plan, solved)
@@ -171,7 +189,6 @@ def _plan(
     *,
     judged: Sequence[str] = (),
     independent: bool,
-    omitted: int = 0,
 ) -> Plan:
     """Plan what is judged and what a side needs: its own method, or references.
 
@@ -196,12 +213,11 @@ def _plan(
     if exact and side.method is None:
         more["compare.tolerance"] = CHECKING
     (plan, *_) = plan_scene(scene_of(claim, side, more), effort)
-    fewer = dict.fromkeys(methods, omitted)
     if effort == "quick" and side.method is None:
-        checks = [m for m in methods if exact or (not METHODS[m].grid and scene.physics)]
-        fewer |= dict.fromkeys(checks, max(omitted, 1))
-    fewer |= dict.fromkeys([*judged, claim.method], 0) if side.method is None else {}
-    plan = replace(plan, methods=tuple(_without_finest(plan, m, fewer) for m in plan.methods))
+        checks = {m for m in methods if exact or (not METHODS[m].grid and scene.physics)}
+        checks -= {claim.method}
+        made = (_but_the_finest(plan, m) if m.method in checks else m for m in plan.methods)
+        plan = replace(plan, methods=tuple(made))
     if not _fixed(claim) or claim.method not in methods:
         return plan
     assert value is not None
@@ -216,19 +232,28 @@ def _fixed(claim: Claim) -> bool:
     return claim.vary is not None and claim.vary.path == (RESOLUTION,)
 
 
-def _without_finest(plan: Plan, planned: MethodPlan, omitted: dict[str, int]) -> MethodPlan:
-    """Omit the finest of three grids of a method; or all but the coarsest, beside its half."""
-    grids, most = planned.resolutions, omitted.get(planned.method, 0)
-    if not most or len(grids) < 2:
-        return planned
-    # fewer than four cells tell nothing, of quadratic elements two do; of an ensemble the coarsest
-    # grid, which has most surfaces, is no cheaper than the others
-    elements = not METHODS[planned.method].grid
-    half = max(grids[0] // 2, 2) if elements else grids[0] // 2
-    tells = half < grids[0] and half >= (2 if elements else 4) and not planned.numbers
-    if most == 2 and tells and not refusal(plan, planned.method, half):
-        return replace(planned, resolutions=(half, grids[0]))
-    return replace(planned, resolutions=grids[:-1]) if len(grids) > 2 else planned
+def _but_the_finest(_: Plan, planned: MethodPlan) -> MethodPlan:
+    """Omit the finest of three grids of a method."""
+    fewer = planned.resolutions[:-1]
+    return replace(planned, resolutions=fewer) if len(fewer) > 1 else planned
+
+
+def _coarsest(plan: Plan, planned: MethodPlan) -> MethodPlan:
+    """Take the coarsest grid of a method and one of its half, where these tell something.
+
+    Fewer than four cells do not, of quadratic elements two do. Of an ensemble the coarsest grid,
+    which has most surfaces, is no cheaper than the others. Grids that a scene lists are meant.
+    """
+    fewer = _but_the_finest(plan, planned)
+    listed = plan.scene.compare.resolutions is not None
+    if len(planned.resolutions) < 2 or planned.numbers or listed:
+        return fewer
+    first, elements = planned.resolutions[0], not METHODS[planned.method].grid
+    half = max(first // 2, 2) if elements else first // 2
+    tells = (2 if elements else 4) <= half < first
+    if not tells or refusal(plan, planned.method, half):
+        return fewer
+    return replace(planned, resolutions=(half, first))
 
 
 def _with(planned: MethodPlan, claim: Claim, resolutions: tuple[int, ...]) -> MethodPlan:

@@ -386,6 +386,26 @@ def test_sides_of_two_scenes_are_compared_at_every_value_of_the_parameter():
     assert record.what.endswith("indenter.radius = 40 mm")
 
 
+def test_the_judged_method_keeps_its_grids_at_quick_effort():
+    """Boundary elements judged by a closed form, whose bar is zero."""
+    grids = two_sided(method="bem_fft", true={"method": "closed_form"}, tolerance=0.01)
+    quick, full = (judge_claim(grids, effort).points[0] for effort in ("quick", "full"))
+    assert quick.details["resolution"] == full.details["resolution"]
+    assert quick.error == full.error
+
+
+def test_quick_effort_begins_below_the_grids_of_a_plan_but_not_below_those_that_a_scene_lists():
+    def solved(**compare):
+        claim = two_sided(
+            method="reduced", true={"method": "bem_fft"}, tolerance=0.5, changes=compare
+        )
+        return judge_claim(claim, "quick").points[0].details["truth"]
+
+    coarse, listed = solved(), solved(**{"compare.resolutions": [32, 64, 128]})
+    assert coarse == "bem_fft 8"  # the plan has 8, 16 and 32
+    assert listed == "bem_fft 64"
+
+
 def test_springs_that_would_take_all_memory_are_no_result():
     springs = {"path": "resolution", "from": 10, "to": 1e12, "steps": 2}
     last = judge_claim(two_sided(method="reduced", vary=springs), "quick").points[-1]

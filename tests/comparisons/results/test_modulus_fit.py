@@ -114,3 +114,8 @@ def test_a_file_that_is_no_curve_is_told(tmp_path, monkeypatch, text, said):
 def test_a_force_that_is_not_proportional_to_the_modulus_is_refused(tmp_path, monkeypatch):
     with pytest.raises(InputError, match=r"compare\.measured: expected an"):
         planned(tmp_path, monkeypatch, "", adhesion={"work": 0.1})
+
+
+def test_a_force_that_falls_with_the_depth_has_no_modulus():
+    depth = np.linspace(0.1, 0.9, 20) * COMPUTED[0][-1]
+    assert fit_modulus((depth, depth[::-1] * 1e3), COMPUTED, MODULUS, fit_zero=True) is None
