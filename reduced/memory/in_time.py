@@ -160,7 +160,7 @@ def _depth_under(
     row: SpringRow, profile: Profile, law: Prony, target: float, duration: float, guess: float
 ) -> float:
     """Return the depth after a time at which the row carries a force, by bracketed Newton steps."""
-    stiffness = law.long_term + float(law.advance(duration)[1].sum())
+    stiffness = law.ramp_modulus(duration)
     if law.viscosity > 0:
         stiffness += law.viscosity / duration
     low, high, depth = -np.inf, np.inf, guess
@@ -230,7 +230,7 @@ def impact(
     def work(depth: float) -> float:
         """Return the energy at a depth, with the modulus of a ramp of duration d/v."""
         time = depth / velocity
-        modulus = law.long_term + float(law.advance(time)[1].sum()) + law.viscosity / time
+        modulus = law.ramp_modulus(time) + law.viscosity / time
         pressed = indent(Springs(springs.profile, 1.0), Load("penetration", [depth]))
         return modulus * float(pressed.energy[0])
 
@@ -250,7 +250,7 @@ def impact(
     def mean_velocity(duration: float) -> float:
         """Return V of a step, by Newton's method on 2 m (V - v) + dt F(V) in a bracket."""
         half, slope = duration / 2, speed
-        stiffness = law.long_term + float(law.advance(half)[1].sum())
+        stiffness = law.ramp_modulus(half)
         low, high, history = -np.inf, np.inf, []
         for _ in range(_ROUNDS):
             force, length, _ = row.trial(row.depth + slope * half, half)

@@ -84,18 +84,19 @@ class Prony:
         loss = (self.moduli * (turns / size) / size).sum(axis=-1) + w * self.viscosity
         return storage + 1j * loss
 
-    def advance(self, step: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return decay and gain of the arms over a time with linear strain, (..., m), exactly.
+    def ramp_modulus(self, duration: float) -> float:
+        """Return stress over strain after a linear strain from rest, without the parallel dashpot.
 
-        The stress of arm i goes from s_i to decay_i s_i + gain_i dgamma, with decay_i =
-        exp(-dt/tau_i), gain_i = G_i (tau_i/dt) (1 - exp(-dt/tau_i)), or G_i for a jump, dt = 0
-        (Taylor, Pister & Goudreau 1970); the whole stress is G_inf gamma + sum_i s_i + eta
-        dgamma/dt.
+        It is the mean of G, exactly: G_inf + sum_i G_i (tau_i/dt) (1 - exp(-dt/tau_i)); of a jump,
+        dt = 0, the glassy modulus (Taylor, Pister & Goudreau 1970).
+
+        >>> round(prony(1.0, [2.0], [0.5]).ramp_modulus(1.0), 12)  # 2 - exp(-2)
+        1.864664716763
         """
-        ratio = _times(step)[..., None] / self.times
+        ratio = _times(duration) / self.times
         safe = np.where(ratio > 0, ratio, 1.0)
         gain = np.where(ratio > 0, -np.expm1(-safe) / safe, 1.0)
-        return np.exp(-ratio), self.moduli * gain
+        return self.long_term + float((self.moduli * gain).sum())
 
     def scaled(self, factor: float) -> Prony:
         """Return the material with every modulus and viscosity times a factor > 0."""

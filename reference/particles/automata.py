@@ -28,9 +28,8 @@ eps)/4: that of the strain again.
 Automata that have flowed have a plastic strain e each, without change of volume; a bond has the
 mean of both ends, so that eps n + gamma becomes eps n + gamma - (e_i + e_j)/2 n.
 
-Automata that move freely are marched by leapfrog steps. Units: the spacing, Young's modulus and the
-density; times are in r0 sqrt(rho/E). An automaton has the mass V and, as a ball of diameter r0, the
-moment of inertia V/10.
+Units: the spacing, Young's modulus and the density; times are in r0 sqrt(rho/E). An automaton has
+the mass V and, as a ball of diameter r0, the moment of inertia V/10.
 """
 
 from collections.abc import Callable

@@ -9,6 +9,8 @@ from numba import njit
 from scipy import fft
 
 from reference import closed_form, surfaces
+from reference.bounds import outlines
+from reference.bounds.dirichlet import Prisms, fan
 from reference.bounds.duality import mutual_energies
 from reference.bounds.ellipses import (
     ConvexGap,
@@ -161,6 +163,20 @@ def test_summits_of_a_rough_patch_carry_most_of_its_force():
     # three summits: 95 % in closed form, where 16^2 cells prove 56 %
     assert 0.93 < together / (3.0 * Patch(heights, 1.0, 16).on_grid(depth)) < 1
     assert together == pytest.approx(patch.by_ellipses(depth, 1.0) * 3.0)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_energy_of_prisms_is_bounded_from_above_with_its_rounding(seed):
+    """Exact sums of the elements' v' K v/2 are below the bound, of which rounding is 1e-12."""
+    corners = [(1.0, -0.6), (1.2, 0.5), (-0.7, 0.9), (-0.9, -0.8)]
+    outline = outlines.polygon(corners, 1, 1.0)
+    section, _ = fan(np.array([0.4, 1.9])[:, None, None] * outline.points, closed=outline.closed)
+    body = Prisms(section, np.array([0.0, 0.7, 1.5]), np.arange(len(section.points)))
+    values = np.random.default_rng(seed).standard_normal(body.unknowns)
+    local = values[body.places]
+    terms = local[:, :, None] * body.matrices * local[:, None, :]
+    exact = 0.5 * math.fsum(terms.ravel())
+    assert 1e-13 < body.energy_above(values) / exact - 1 < 1e-11
 
 
 @pytest.mark.parametrize("complement", [1.0, 0.7, 0.1, 1e-3, 1e-8, 1e-14, 1e-30])

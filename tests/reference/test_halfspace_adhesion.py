@@ -233,6 +233,22 @@ def flat_disc(cells: int, zone: int, ramp: float) -> tuple[CohesiveProblem, floa
     return CohesiveProblem(operator, gap, dugdale(1.0, strength, ramp=ramp)), strength
 
 
+def held_in(unit: float) -> tuple[float, float]:
+    """Force and stiffness of a ball that adheres, all lengths times `unit`, in the old ones."""
+    operator, r = grid(12, 4.2 * unit, 0.75)
+    law = dugdale(unit / np.pi, 0.5, ramp=0.3)
+    problem = CohesiveProblem(operator, r**2 / (2 * unit), law)
+    contact = problem.at_penetration(0.5 * unit)
+    return contact.force / unit**2, problem.stiffness(contact) / unit
+
+
+def test_units_of_length_cost_no_digit():
+    """Powers of two: bit by bit. A large right side ended SciPy's MINRES early."""
+    here = held_in(1.0)
+    for power in (-40, -20, 20):
+        assert held_in(2.0**power) == here
+
+
 @pytest.mark.slow
 def test_a_constant_tension_under_a_flat_disc():
     """A zone of 9 of 24 cells on the radius, over a steep ramp: within 1 % of the step's force."""

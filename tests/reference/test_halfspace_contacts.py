@@ -52,6 +52,21 @@ def test_hertz_force_converges_at_second_order_and_the_radius_at_first():
     assert finest[2] < 0.5 * finest[1]
 
 
+def test_square_punch_extrapolates_to_a_stiffness_factor_of_1_021():
+    """Factor to the disc of equal area 1.0212 (checked value of theory.md; King's 1.012 is low).
+
+    The edge is on cell edges here, so the error is a clean c/n and two grids extrapolate it away.
+    """
+    factors = []
+    for n in (40, 80):
+        operator = FreeOperator((n, n), (1 / n, 1 / n), 1.0)
+        stiffness = areas.contact_stiffness(operator, np.ones((n, n)))
+        factors.append(stiffness / (2 / np.sqrt(np.pi)))
+    assert 2 * factors[1] - factors[0] == pytest.approx(1.0212, abs=2e-4)
+    # the raw error: -34 % per n cells across, from the solver notes
+    assert (factors[0] / 1.0212 - 1) * 40 == pytest.approx(-0.34, abs=0.03)
+
+
 @pytest.mark.parametrize("kernel", ["continuum", "cells"])
 @pytest.mark.parametrize("ratio", [0.05, 0.5])
 def test_westergaard_wave(kernel, ratio):

@@ -1,7 +1,7 @@
 """Adhesion of rough surfaces: a stable equilibrium of a periodic contact, by least energy.
 
 Rough surfaces with a cohesive law jump into and out of contact spot by spot, at folds too many to
-follow (`cohesive.trace`). Here the energy per area of all gaps h >= 0,
+follow (`reference.halfspace.cohesive.trace`). Here the energy per area of all gaps h >= 0,
 
     E(h) = <(h - g) S (h - g)>/2 - <phi(h)> + F <h>/A0,   phi(h) = int_h^inf sigma,
 

@@ -23,7 +23,6 @@ from scipy import fft
 from reference.arrays import Array
 from reference.elasticity import Material
 from reference.errors import count_faults, positive_faults, refuse
-from reference.fem.columns import Element
 from reference.fem.grid_body import beyond_cells
 from reference.halfspace.traction import Compliance
 
@@ -49,7 +48,7 @@ class PlaneSurface:
         return (self.width, 1.0)
 
     def shear_coefficients(self) -> Array:
-        """Return the displacement at all offsets, as `roll.TangentialSurface` asks for."""
+        """Return the displacement at all offsets (`reference.rolling.roll.TangentialSurface`)."""
         offsets = np.minimum(np.arange(2 * self.cells), 2 * self.cells - np.arange(2 * self.cells))
         x = (offsets + 0.5) * self.width, (offsets - 0.5) * self.width
         # the integral of ln|x| over the cell
@@ -62,20 +61,19 @@ class PlaneSurface:
 
 @dataclass(frozen=True)
 class PlaneElements(PlaneSurface):
-    """Finite elements of plane strain below the same cells."""
+    """Finite elements of plane strain below the same cells: splines across the depth."""
 
     poisson_ratio: float  # of the material of `compliance`
-    element: Element = "splines"  # {"linear", "splines"}: See `fem.columns`
     inertia: float = 0.0  # rho V^2/G
 
     def shear_coefficients(self) -> Array:
-        """Return the displacement at all offsets, as `roll.TangentialSurface` asks for."""
+        """Return the displacement at all offsets (`reference.rolling.roll.TangentialSurface`)."""
         nu = self.poisson_ratio
         material = Material(2 * (1 + nu) * (1 - nu) / self.compliance.normal, nu)
         apart = _APART_MOVING if self.inertia else _APART
         period = 2 * fft.next_fast_len(max(apart * self.cells, _LEAST), real=True), 1
         more = beyond_cells(
-            period, (self.width,) * 2, material, element=self.element, inertia=self.inertia
+            period, (self.width,) * 2, material, element="splines", inertia=self.inertia
         )
         table = super().shear_coefficients()
         places = np.minimum(np.arange(2 * self.cells), 2 * self.cells - np.arange(2 * self.cells))

@@ -5,6 +5,7 @@ E* = R = a = 1 unless said otherwise; normal and tangential tractions are uncoup
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import repeat
@@ -77,7 +78,7 @@ def creep_coefficient(
             for count in ((6, 8) if effort == "quick" else (8, 11))
         )
         return Finding(fine, 1.0, abs(fine - coarse), {})
-    study = creep_coefficients(poisson_ratio, axis_ratio, _GRIDS[effort])
+    study = _coefficients(poisson_ratio, axis_ratio, _GRIDS[effort])
     true, bar = float(study.limit[which]), float(study.uncertainty[which])
     stated = 4 / (2 - poisson_ratio)
     if of == "table":
@@ -265,7 +266,7 @@ class CreepCoefficients:
     uncertainty: Array
 
     @classmethod
-    def of(cls, cells: tuple[int, ...], values: Array) -> CreepCoefficients:
+    def of(cls, cells: Sequence[int], values: Array) -> CreepCoefficients:
         """Return the study of values on grids."""
         numbers = np.array(cells, dtype=float)
 
@@ -280,9 +281,8 @@ class CreepCoefficients:
         return cls(numbers, values, limit, np.maximum(changes, left))
 
 
-@lru_cache(maxsize=256)
 def creep_coefficients(
-    poisson_ratio: float, axis_ratio: float, cells: tuple[int, ...] = (10, 14, 20)
+    poisson_ratio: float, axis_ratio: float, cells: Sequence[int] = (10, 14, 20)
 ) -> CreepCoefficients:
     """Return C11, C22, C23 and C33 of the half-space.
 
@@ -300,6 +300,9 @@ def creep_coefficients(
     compliance = Compliance.of(1.0, poisson_ratio)
     values = [_on_strips(axis_ratio, count, compliance) for count in cells]
     return CreepCoefficients.of(cells, np.array(values))
+
+
+_coefficients = lru_cache(maxsize=256)(creep_coefficients)
 
 
 def _on_strips(axis_ratio: float, count: int, compliance: Compliance) -> Array:

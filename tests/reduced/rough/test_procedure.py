@@ -43,6 +43,8 @@ def test_options_reach_the_lines(both):
     lengths = np.concatenate(literal.contact_sizes) * 32
     np.testing.assert_allclose(lengths, np.rint(lengths), atol=1e-9)
     assert CORRECTED.refinement > LITERAL.refinement
+    # points that are no maxima have no radius of their own, and no stress
+    assert (literal.undefined_share[1:] > 0.01).all()
 
 
 def test_the_example_runs(script):

@@ -31,7 +31,7 @@ def test_creep_coefficients_converge_faster_than_the_cells_shrink():
 
     C33 has reached its limit, from either side, to 0.6 % before.
     """
-    coarse, fine = (creep_coefficients(0.25, 2.0, grids) for grids in ((4, 5, 6), (8, 9, 12)))
+    coarse, fine = (creep_coefficients(0.25, 2.0, grids) for grids in ([4, 5, 6], [8, 9, 12]))
     errors = [study.values[0] - fine.limit for study in (coarse, fine)]
     assert (np.log2(errors[0][:3] / errors[1][:3]) > 1.5).all()
     assert (np.abs(coarse.limit - fine.limit) < coarse.uncertainty).all()

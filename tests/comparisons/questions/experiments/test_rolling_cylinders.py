@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from comparisons.questions.experiments.plane_rollers import PlaneSurface, hertz
+from comparisons.questions.experiments.plane_rollers import (
+    PlaneElements,
+    PlaneSurface,
+    hertz,
+    moving_compliance,
+)
 from comparisons.questions.experiments.rolling_cylinders import Carter, RubberCylinder
 from reference.halfspace.traction import Compliance
 from reference.loads import Load
@@ -27,6 +32,16 @@ def carter_on_a_grid(cells, traction):
     creep[0] = cylinder.creep(traction)
     answer = steady(flow, 0.3 * pressure, creep)
     return answer, answer.traction[0].sum() / (0.3 * pressure.sum()), x, cylinder
+
+
+@pytest.mark.parametrize("inertia", [0.0, 0.3])
+def test_elements_far_from_a_load_are_the_half_space_softer_where_it_moves(inertia):
+    """From 8 to 20 cells away; antiplane, by Lorentz's contraction, 1/sqrt(1 - rho V^2/G)."""
+    grid = 64, 0.05, Compliance.of(1.0, 0.25)
+    cells = PlaneSurface(*grid).shear_coefficients()[:2, [8, 14, 20], 0]
+    elements = PlaneElements(*grid, 0.25, inertia).shear_coefficients()[:2, [8, 14, 20], 0]
+    softer = np.array([[moving_compliance(0.25, inertia)], [1 / np.sqrt(1 - inertia)]])
+    assert_allclose(np.diff(elements), softer * np.diff(cells), rtol=1e-3)
 
 
 @pytest.mark.parametrize("traction", [0.2, 0.5, 0.9])
