@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
+from scipy.special import ellipk
 
 from reference.errors import ConvergenceError
 from reference.fem import (
@@ -65,6 +66,22 @@ def test_hertz_on_a_fitted_mesh_at_any_depth(nu):
         )
         # U = 2/5 F d for a paraboloid
         assert step.energy == pytest.approx(0.4 * step.force * depth, rel=4e-4)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("aspect", "bound"), [(2, 1.3e-3), (5, 2e-3)])
+def test_flat_elliptic_punch_stiffness(aspect, bound):
+    """``pi E* a/K(1 - b^2/a^2)`` (Johnson 1985, sec. 3.8), from above: nodes touch, a Ritz method.
+
+    Rings crowd towards the singular edge.
+    """
+    body = fitted_body(sharp=True, aspect=aspect)
+    gap = np.where(body.scaled_radii <= 1.0 + 1e-9, 0.0, np.inf)
+    (step,) = press(body, gap, Load("penetration", 0.01))
+    exact = np.pi * body.effective_modulus * np.sqrt(aspect) / ellipk(1.0 - aspect**-2)
+    assert 0.0 < step.stiffness / exact - 1.0 < bound
+    assert step.force == pytest.approx(step.stiffness * 0.01, rel=1e-12)
+    assert step.contact_area == pytest.approx(np.pi, rel=1e-12)
 
 
 @pytest.mark.parametrize("radius", [1.01, 1.1, 3.0])

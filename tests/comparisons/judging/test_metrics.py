@@ -81,6 +81,14 @@ def test_pressure_difference_is_weighted_by_area_and_relative():
     assert pressure_difference(*twice) == pytest.approx(expected)
 
 
+def test_pressure_is_compared_inside_the_contact_and_outside_the_ring_only():
+    truth = np.array([1.0, 0.0, np.inf, 1.0])
+    p = np.array([1.2, 5.0, 7.0, 9.0])
+    keep = np.array([True, True, True, False])
+    assert pressure_difference(p, np.ones(4), truth, keep) == pytest.approx(0.2)
+    assert math.isnan(pressure_difference(p, np.ones(4), np.zeros(4), keep))
+
+
 def grid(n, function):
     centres = (np.arange(n) + 0.5) / n
     x, y = np.meshgrid(centres, centres, indexing="ij")

@@ -21,6 +21,7 @@ from comparisons.judging.uncertainty import (
     grid_uncertainty,
     ratio_of_means,
     share_uncertainty,
+    standard_error,
 )
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
@@ -125,6 +126,14 @@ def test_bars_are_numbers_never_negative_and_know_no_units(curves, start, growth
     ratio = n[-1] / n[-2]
     spread = max(ratio**HIGHEST - 1, 1)
     assert (bars >= SAFE * last / spread * (1 - 1e-12)).all()
+
+
+def test_standard_error_of_the_mean():
+    """1, 2, 3: standard deviation 1, standard error 1/sqrt(3)."""
+    samples = np.array([[1.0, 5.0], [2.0, np.nan], [3.0, np.nan]])
+    error = standard_error(samples)
+    assert error[0] == pytest.approx(1 / np.sqrt(3), rel=1e-14)
+    assert np.isnan(error[1])
 
 
 def test_independent_sources_add_as_squares():
