@@ -52,7 +52,7 @@ from comparisons.questions.claims.record import (
     not_run,
     verdict_over_all,
 )
-from comparisons.questions.claims.scenes import measure_scene
+from comparisons.questions.claims.scenes import DISAGREE, measure_scene
 from comparisons.questions.claims.wording import WRONG_SIGN, finding
 from comparisons.questions.claims.wording import value as in_words
 from comparisons.questions.experiments import EXPERIMENTS, Measurement
@@ -338,7 +338,7 @@ def judged_claim(claim: Claim, effort: Effort, seed: int = SEED) -> Inquiry[Clai
         disagreements=[
             (claim.parameter and f"at {claim.parameter} {in_words(point.parameter)}: ") + str(text)
             for point in measured
-            if (text := point.details.get("references disagree"))
+            if (text := point.details.get(DISAGREE))
         ],
         command=_repeats(claim, effort),
         seconds=sum(point.seconds for point in measured),

@@ -469,6 +469,14 @@ def test_a_fault_in_the_judged_method_and_in_the_truth_is_seen_by_the_second_tru
     assert "FEM and closed form differ in force" in text
 
 
+@pytest.mark.slow
+def test_grids_on_which_references_disagree_decide_nothing_at_quick_effort():
+    """Two cells and three, whose bars are too small: the next finer grids agree within theirs."""
+    (claim,) = load_claims(("partial-slip-rigid",))
+    measured = answer_of(measure_scene(claim, 0.0, "quick", independent=True))
+    assert "references disagree" not in measured.details
+
+
 def test_where_no_half_space_has_the_physics_elements_are_the_truth_at_every_value():
     """First yield: grids do not yield below one indenter, and Hertz ends where yielding starts."""
     claim = load_claims(("plastic-first-yield",))[0]
