@@ -43,7 +43,7 @@ def test_claims_on_one_scene_share_its_solves(tmp_path, monkeypatch):
     monkeypatch.setattr(inquiries, "execute", count)
     claims = load_claims(("ellipsoid-force", "ellipsoid-area"))
     record = ClaimRun(claims, tmp_path / "out").run()
-    assert len({point.parameter for claim in record.claims for point in claim.points}) > 6
+    assert len({point.parameter for claim in record.claims for point in claim.points}) > 7
     assert set(done.values()) == {1}
     files = len(list((tmp_path / "out" / MEASUREMENTS).iterdir()))
     assert files == len(done)

@@ -69,7 +69,7 @@ def test_the_page_shows_words_numbers_pictures_and_commands(judged):
 def test_the_shaded_stretch_is_the_range_found_and_four_points_carry_it(judged):
     _, root = judged
     claim = load_claims_record(root / "out").claims[0]
-    assert sum(point.word == "within" for point in claim.points) < 4
+    assert sum(point.word == "within" for point in claim.points) == 3
     assert not evidence(claim).stretches
     claim = claim.model_copy(update={"points": 2 * claim.points})
     shaded = spec(evidence(claim))["layout"]["shapes"][0]
