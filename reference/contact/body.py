@@ -101,10 +101,6 @@ class ElasticBody:
             self._cache[key] = make()
         return self._cache[key]
 
-    def forget(self) -> None:
-        """Drop all that is kept; it is made again when needed."""
-        self._cache.clear()
-
     def _transfer(self) -> Array:
         """Return the transfer function on the modes of `rfft2`; those of q_x < 0 are not read."""
         raise NotImplementedError
@@ -132,11 +128,16 @@ class ElasticBody:
         return np.asarray(self.convolution(np.float64).transfer * self.unit, np.float64)
 
     def coarser(self) -> Self | None:
-        """Body under every second point (cached), or None if the period is no multiple of it."""
+        """Body under every second point, or None if the period is no multiple of it.
+
+        Cached up to `LARGEST_KEPT` cells.
+        """
         if self.periodic and any(n % 2 for n in self.shape):
             return None
         shape = (self.shape[0] + 1) // 2, (self.shape[1] + 1) // 2
         spacing = 2 * self.spacing[0], 2 * self.spacing[1]
+        if shape[0] * shape[1] > LARGEST_KEPT:
+            return self._alike(shape, spacing)
         return self.cached("coarser", lambda: self._alike(shape, spacing))
 
     def convolution(self, dtype: DTypeLike) -> Convolution:

@@ -436,25 +436,19 @@ def _residual(clearance, correction, lower, residual, free, shift, cap):
         residual[k] = -moved
         total += np.float64(moved)
         count += is_free
-    return total, float(count), _largest(residual)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _largest(values):
-    """Return the largest absolute value."""
     # LLVM does not vectorise a running maximum of floats: 64 are computed side by side
-    peaks = np.zeros(64, values.dtype)
-    blocks = values.size - values.size % 64
+    peaks = np.zeros(64, residual.dtype)
+    blocks = residual.size - residual.size % 64
     for start in range(0, blocks, 64):
         for k in range(64):
-            size = abs(values[start + k])
+            size = abs(residual[start + k])
             peaks[k] = size if size > peaks[k] else peaks[k]
-    for k in range(blocks, values.size):
-        peaks[0] = max(peaks[0], abs(values[k]))
+    for k in range(blocks, residual.size):
+        peaks[0] = max(peaks[0], abs(residual[k]))
     largest = peaks[0]
     for peak in peaks:
         largest = peak if peak > largest else largest
-    return np.float64(largest)
+    return total, float(count), np.float64(largest)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=_REORDER)

@@ -16,7 +16,7 @@ from numba import njit
 from numpy.typing import ArrayLike
 
 from reference.arrays import Array, Mask
-from reference.contact.body import LARGEST_KEPT, Convolution, ElasticBody
+from reference.contact.body import Convolution, ElasticBody
 from reference.contact.descent import descend
 from reference.contact.pivot import CELL_LIMIT, pivot, tabulated
 from reference.errors import ConvergenceError, choice_faults, refuse
@@ -390,9 +390,6 @@ def _starting_pressure(
             return finer, False
         except ConvergenceError:
             pass
-        finally:
-            if points.size > LARGEST_KEPT:
-                coarse.forget()
     depth = value
     if control == "force":
         least = float(gap.min())

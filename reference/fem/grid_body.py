@@ -25,7 +25,7 @@ from abc import abstractmethod
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property, lru_cache
-from typing import Any, Literal, Self
+from typing import Literal, Self
 
 import numpy as np
 from scipy import fft
@@ -373,8 +373,9 @@ class ShearBody(NormalAndTangential):
         self.material, self.element, self.inertia = material, element, inertia
 
     def _part(self, shape: tuple[int, int]) -> ShearBody:
-        options: Any = {"element": self.element, "inertia": self.inertia}
-        return ShearBody(shape, self.spacing, self.material, **options)
+        return ShearBody(
+            shape, self.spacing, self.material, element=self.element, inertia=self.inertia
+        )
 
     @cached_property
     def period(self) -> tuple[int, int]:

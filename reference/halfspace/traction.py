@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -186,8 +186,10 @@ class NormalAndTangential:
         """Return the same free body on a smaller rectangle of cells (cached)."""
         if shape == self.shape:
             return self
-        part = partial(NormalAndTangential, spacing=self.spacing, compliance=self.compliance)
-        return window(self._parts, shape, part)
+        return window(self._parts, shape, self._part)
+
+    def _part(self, shape: tuple[int, int]) -> NormalAndTangential:
+        return NormalAndTangential(shape, self.spacing, self.compliance)
 
     def free_coefficients(self) -> Cerruti:
         """Displacements by tractions on a cell of the free half-space, at offsets from zero on."""

@@ -187,6 +187,15 @@ def test_elements_are_the_half_space_some_cells_away(component):
     assert np.abs(ours - theirs)[8:, 8:].max() < 0.02 * scale
 
 
+def test_a_window_of_elements_is_of_the_same_elements():
+    body = elements(0.3, 0.1)((12, 12), 1.0)
+    window = np.s_[:, 2:6, 3:7]
+    traction = np.zeros((2, 12, 12))
+    traction[window] = np.arange(32.0).reshape(2, 4, 4)
+    moved = body.restrict((4, 4)).shear(traction[window])
+    assert_allclose(moved, body.shear(traction)[window], rtol=1e-9)
+
+
 def test_a_coupled_roller_on_elements_is_that_on_the_half_space():
     press = ball(5, nu=0.2, coupled=True)
     body = elements(0.2)(press.body.shape, press.body.spacing[0])
