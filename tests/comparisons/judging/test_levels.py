@@ -48,12 +48,32 @@ def test_the_mean_is_unbiased_its_variance_the_formula_and_its_bar_covers_it():
     assert np.mean(abs(known.mean - 10) < known.half_width) == pytest.approx(0.95, abs=0.01)
 
 
-def test_one_grid_is_the_ordinary_mean_with_students_t():
-    values = np.array([[1.0, 5.0], [2.0, 5.0], [6.0, 5.0]])
-    known = estimate([values])
-    assert known.mean.tolist() == [3.0, 5.0]
-    # t(0.975, 2) = 4.3027, standard deviation sqrt(7)
-    assert known.half_width == pytest.approx([4.3027 * np.sqrt(7 / 3), 0.0], rel=1e-4)
+NAN, ONE_SURFACE = np.nan, "one surface on grid 1 of 1: how it scatters is not known"
+NO_ANSWER = "no surface has an answer on grid 2 of 2"
+T1 = 12.7062  # Student's t(0.975, 1)
+
+
+@pytest.mark.parametrize(
+    ("grids", "mean", "half_width", "missing"),
+    [
+        # one grid: the ordinary mean, t(0.975, 2) = 4.3027, standard deviation sqrt(7)
+        ([[[1, 5], [2, 5], [6, 5]]], [3, 5], [4.3027 * np.sqrt(7 / 3), 0], ["", ""]),
+        ([[[2]]], [2], [NAN], [ONE_SURFACE]),
+        ([[[1, 1]] * 4, [[1, NAN], [1.1, NAN]]], [1.05, NAN], [0.05 * T1, NAN], ["", NO_ANSWER]),
+        # the coarse grid lost all: the finer one has its own mean, of deviation sqrt(2)
+        ([[[NAN]] * 4, [[1], [3]]], [2], [T1], [""]),
+        # a surface that only the finer grid has, as in merged runs of one grid each
+        ([[[1], [2]], [[1.5], [2.7], [99]]], [1.5 + 0.6], [6.7163], [""]),
+        # surface 0 lost on the coarse grid, surface 1 on the fine one: two differences are left
+        ([[[NAN], [2], [3], [4]], [[9], [NAN], [3.5], [4.7]]], [3 + 0.6], [2.6346], [""]),
+        ([[[3]] * 5, [[3.5]] * 2], [3.5], [0], [""]),
+    ],
+)
+def test_means_and_bars_stand_on_the_answers_that_are_there(grids, mean, half_width, missing):
+    known = estimate([np.array(grid, dtype=float) for grid in grids])
+    assert known.mean == pytest.approx(mean, nan_ok=True)
+    assert known.half_width == pytest.approx(half_width, rel=1e-4, nan_ok=True)
+    assert list(known.missing) == missing
 
 
 def test_a_coarse_grid_differs_from_the_finest_by_paired_differences_only():
@@ -111,46 +131,6 @@ def test_variances_are_what_allocation_needs():
 
 def test_no_scatter_needs_the_fewest_surfaces():
     assert allocate(np.zeros((3, 2)), np.array([1.0, 4.0, 16.0]), np.ones(2)).tolist() == [2, 2, 2]
-    known = estimate([np.full((5, 1), 3.0), np.full((2, 1), 3.5)])
-    assert (known.mean[0], known.half_width[0], known.missing) == (3.5, 0.0, ("",))
-
-
-def test_one_surface_has_a_mean_and_no_bar_and_says_so():
-    known = estimate([np.array([[2.0]])])
-    assert known.mean[0] == 2.0
-    assert np.isnan(known.half_width[0])
-    assert known.missing == ("one surface on grid 1 of 1: how it scatters is not known",)
-
-
-def test_a_grid_without_answers_is_named_step_by_step():
-    coarse, fine = np.ones((4, 2)), np.array([[1.0, np.nan], [1.1, np.nan]])
-    known = estimate([coarse, fine])
-    assert np.isfinite(known.half_width[0])
-    assert np.isnan([known.mean[1], known.half_width[1]]).all()
-    assert known.missing == ("", "no surface has an answer on grid 2 of 2")
-
-
-def test_a_coarse_grid_without_answers_leaves_the_finer_ones_their_own_mean():
-    coarse, fine = np.full((4, 1), np.nan), np.array([[1.0], [3.0]])
-    known = estimate([coarse, fine])
-    assert known.mean[0] == 2.0
-    assert np.isnan(known.levels[0, 0])
-    assert known.half_width[0] == pytest.approx(12.706, rel=1e-4)  # t(0.975, 1) sqrt(2/2)
-
-
-def test_surfaces_that_only_a_finer_grid_has_do_not_count():
-    """As in runs merged from machines that solved one grid each."""
-    known = estimate([np.array([[1.0], [2.0]]), np.array([[1.5], [2.7], [99.0]])])
-    assert known.mean[0] == pytest.approx(1.5 + 0.6)
-
-
-def test_lost_surfaces_take_part_in_no_difference():
-    """Surface 0 is lost on the coarse grid, surface 1 on the fine one."""
-    coarse = np.array([[np.nan], [2.0], [3.0], [4.0]])
-    fine = np.array([[9.0], [np.nan], [3.5], [4.7]])
-    known = estimate([coarse, fine])
-    assert known.counts[:, 0].tolist() == [3, 2]
-    assert known.mean[0] == pytest.approx(3.0 + 0.6)
 
 
 def test_budgets_scale_the_numbers_and_too_small_ones_are_refused():
@@ -166,12 +146,15 @@ def test_budgets_scale_the_numbers_and_too_small_ones_are_refused():
         within_budget(numbers, cost, 12.0)
 
 
-def test_what_allocates_nothing_is_refused():
-    with pytest.raises(ValueError, match="without any error"):
-        allocate(np.ones((1, 1)), np.ones(1), np.zeros(1))
-    with pytest.raises(ValueError, match="costs positive"):
-        allocate(np.ones((1, 1)), np.zeros(1), np.ones(1))
-    with pytest.raises(ValueError, match="costs positive"):
-        allocate(np.full((1, 1), np.nan), np.ones(1), np.ones(1))
-    with pytest.raises(ValueError, match="at least one grid"):
-        estimate([])
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: allocate(np.ones((1, 1)), np.ones(1), np.zeros(1)), "without any error"),
+        (lambda: allocate(np.ones((1, 1)), np.zeros(1), np.ones(1)), "costs positive"),
+        (lambda: allocate(np.full((1, 1), NAN), np.ones(1), np.ones(1)), "costs positive"),
+        (lambda: estimate([]), "at least one grid"),
+    ],
+)
+def test_what_allocates_nothing_is_refused(call, words):
+    with pytest.raises(ValueError, match=words):
+        call()
