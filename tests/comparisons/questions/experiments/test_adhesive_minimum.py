@@ -43,9 +43,3 @@ def test_weak_adhesion_takes_what_the_surface_energy_loses_with_the_gap():
     # ... and not what the tension across these gaps would take, for gaps at the rims open less
     across = np.mean(law.tension(middle.gap) * ~middle.mask)
     assert across > 1.2 * (0.02 - weak.force)
-
-
-def test_a_pull_has_no_least_energy():
-    operator, gap = rough_patch()
-    with pytest.raises(ValueError, match="force must be at least 0"):
-        Adhesive(operator, gap, exponential(1e-4, 0.015)).at_force(-1e-3, gap)

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from comparisons.errors import InputError
 from comparisons.methods.adhesion import edge_doubt
 from comparisons.questions.experiments import EXPERIMENTS
 from comparisons.scene.scene import parse_scene
@@ -174,33 +173,3 @@ def test_the_doubt_of_the_calibrated_edge_covers_faces_without_a_closed_form(ind
     ratio, doubt = peeled(indenter, 12)
     limit = face(**parameters)
     assert abs(ratio * (1 + limit.error) - 1) <= doubt + limit.uncertainty
-
-
-@pytest.mark.parametrize(
-    ("name", "value", "parameters"),
-    [
-        ("set-valued-steps", 1, {}),
-        ("set-valued-steps", 1.5, {"along": "load", "quantity": "rest"}),
-        ("regularised-amplitude", 0.0, {}),
-        ("free-vibration", 1.0, {}),
-        ("corrected-rubber", 1.0, {"quantity": "start"}),
-        ("relaxation-series", math.nan, {}),
-        ("regularised-block", -1.0, {}),
-        ("regularised-block", 10.0, {"load": 1.0}),
-        ("regularised-block", 10.0, {"quantity": "speed"}),
-        ("regularised-belt", 0.5, {}),
-        ("explicit-friction-step", 1.5, {}),
-        ("equivalent-body", 0.0, {}),
-        ("equivalent-body", 2.0, {"rule": "quarter"}),
-        ("stick-radius", 1.0, {}),
-        ("changing-load", 0.0, {}),
-        ("ridges", 1.0, {}),
-        ("procedure", 0.1, {"variant": "mine"}),
-        ("adhesive-range", 5.0, {"law": "exponential"}),
-        ("film-plane-open", 0.1, {"statement": "patir_cheng", "quantity": "shear"}),
-        ("film-plane-pressed", 0.1, {"statement": "patir_cheng", "quantity": "flow"}),
-    ],
-)
-def test_what_has_no_meaning_is_refused(name, value, parameters):
-    with pytest.raises(InputError, match=rf"{name}|pressure, not of shear|the factor, not of the"):
-        measure(name, value, **parameters)

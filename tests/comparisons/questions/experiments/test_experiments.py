@@ -16,6 +16,9 @@ def measure(name, value=None, effort="quick", **parameters):
     return EXPERIMENTS[name].measure(value, effort, **parameters)
 
 
+FITTED = {"statement": "patir_cheng"}
+
+
 @pytest.mark.parametrize(
     ("name", "value", "given", "message"),
     [
@@ -41,6 +44,27 @@ def measure(name, value=None, effort="quick", **parameters):
             "speaks of contact_",
         ),
         ("pyramid-stiffness", 6, {"rule": "king"}, "no number for 6 faces"),
+        ("face-rule", 5, {"rule": "king"}, "no number for 5 sides"),
+        ("set-valued-steps", 1, {}, "steps: expected greater than 2, got 1"),
+        ("set-valued-steps", 1.5, {"along": "load", "quantity": "rest"}, "between 0 and 1"),
+        ("regularised-amplitude", 0.0, {}, "speed_ratio: expected greater than 0"),
+        ("free-vibration", 1.0, {}, "deepest: expected greater than 1"),
+        ("corrected-rubber", 1.0, {"quantity": "start"}, "quantity: expected 'work' or 'friction'"),
+        ("relaxation-series", math.nan, {}, "per_decade: expected a finite number"),
+        ("regularised-block", -1.0, {}, "speed_ratio: expected greater than 0"),
+        ("regularised-block", 10.0, {"load": 1.0}, "load must be from 0 to below 1"),
+        ("regularised-block", 10.0, {"quantity": "speed"}, "quantity: expected 'rest', 'force'"),
+        ("regularised-belt", 0.5, {}, "static: expected greater than 0.999999"),
+        ("explicit-friction-step", 1.5, {}, "load must be below the limit 1.0, got 1.5"),
+        ("equivalent-body", 0.0, {}, "exponent: expected greater than 0"),
+        ("equivalent-body", 2.0, {"rule": "quarter"}, "expected 'half_radius' or 'transform'"),
+        ("stick-radius", 1.0, {}, "share: expected less than 1"),
+        ("changing-load", 0.0, {}, "final: expected greater than 0"),
+        ("ridges", 1.0, {}, "load: expected less than 1"),
+        ("procedure", 0.1, {"variant": "mine"}, "variant: expected 'literal' or 'corrected'"),
+        ("adhesive-range", 5.0, {"law": "exponential"}, "from 0.3 to 1.0 on grids, not 5.0"),
+        ("film-plane-open", 0.1, FITTED | {"quantity": "shear"}, "pressure, not of shear"),
+        ("film-plane-pressed", 0.1, FITTED | {"quantity": "flow"}, "the factor, not of the flow"),
     ],
 )
 def test_wrong_parameters_are_named_with_what_was_expected(name, value, given, message):

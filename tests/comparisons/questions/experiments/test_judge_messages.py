@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from comparisons.questions.experiments import coulomb
+from comparisons.questions.experiments.adhesive_minimum import Adhesive
 from comparisons.questions.experiments.asperities import Asperities
-from comparisons.questions.experiments.bodies import array_force, pair_force
+from comparisons.questions.experiments.bodies import TransverselyIsotropic, array_force, pair_force
+from comparisons.questions.experiments.particles import leapfrog
 from comparisons.questions.experiments.plane_flow import (
     effective_medium_factor,
     patir_cheng_factor,
@@ -13,7 +15,15 @@ from comparisons.questions.experiments.plane_flow import (
     second_order_factors,
 )
 from comparisons.questions.experiments.punched_section import press_section
+from comparisons.questions.experiments.rolling_cylinders import Carter, RubberCylinder
 from comparisons.questions.experiments.wave_impact import wave_impact
+from reference.halfspace import PeriodicOperator
+from reference.halfspace.cohesive import exponential
+from reference.particles import Automata, half_space_packing
+
+FLAT = np.zeros((4, 4))
+ADHESIVE = Adhesive(PeriodicOperator((4, 4), (1.0, 1.0), 1.0), FLAT, exponential(1e-4, 0.015))
+HALF = half_space_packing((3.0, 3.0, 3.0))
 
 
 @pytest.mark.parametrize(
@@ -25,6 +35,14 @@ from comparisons.questions.experiments.wave_impact import wave_impact
         ("poisson_ratio", lambda: wave_impact(0.01, poisson_ratio=0.6)),
         ("positive density_ratio", lambda: wave_impact(0.01, density_ratio=-1.0)),
         ("does not stop", lambda: coulomb.stopping(1.0, 1.0, 1.0, 2.0)),
+        ("force must be at least 0", lambda: ADHESIVE.at_force(-1e-3, FLAT)),
+        ("glassy must be above 1", lambda: RubberCylinder(1.0, 1.0, 1.0, 1.0, 1.0)),
+        (r"traction must lie in \[-1, 1\]", lambda: Carter(1.0, 100.0, 0.3).creep(1.01)),
+        (r"c13\^2", lambda: TransverselyIsotropic(1.0, 2.0, 1.0, 1.0)),
+        (
+            "step must be positive.*; automata must all be free",
+            lambda: next(leapfrog(Automata(HALF, 0.3), *np.zeros((2, len(HALF.places), 6)), -1.0)),
+        ),
         ("theta", lambda: coulomb.march(coulomb.Blocks(1.0, 1.0), step=1.0, steps=1, theta=0.3)),
         (
             "kind.*support.*elements.*poisson_ratio.*radius.*radii",

@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from comparisons.errors import InputError
 from comparisons.questions.experiments import EXPERIMENTS, proved
 from comparisons.questions.experiments.adhesion import largest
 from comparisons.questions.experiments.bodies import TransverselyIsotropic
@@ -49,8 +48,6 @@ def test_the_numbers_of_the_literature_are_below_the_proved_stiffness():
     for rule in ("king", "hendrix", "fabrikant"):
         finding = measure("face-rule", 4, rule=rule)
         assert finding.error + finding.uncertainty < 0
-    with pytest.raises(InputError, match="no number for 5 sides"):
-        measure("face-rule", 5, rule="king")
 
 
 def test_greenwood_and_williamson_is_hertz_summed_over_normal_heights():
@@ -99,8 +96,6 @@ def test_an_isotropic_body_has_its_own_modulus():
     assert body.effective_modulus == pytest.approx(true, rel=1e-14)
     near = TransverselyIsotropic(lame + 2 * shear, lame, (lame + 2 * shear) * 1.0001, shear)
     assert near.modulus_of_a_wave() == pytest.approx(true, rel=1e-4)
-    with pytest.raises(ValueError, match=r"c13\^2"):
-        TransverselyIsotropic(1.0, 2.0, 1.0, 1.0)
 
 
 @pytest.mark.parametrize("peak", [0.6, 1.5, 1.7, 2.5])

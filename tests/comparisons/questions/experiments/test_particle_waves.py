@@ -3,11 +3,10 @@
 from itertools import islice
 
 import numpy as np
-import pytest
 
 from comparisons.questions.experiments.particles import leapfrog
 from reference.elasticity import lame_parameters
-from reference.particles import Automata, half_space_packing, periodic_packing
+from reference.particles import Automata, periodic_packing
 
 RNG = np.random.default_rng(1)
 
@@ -27,10 +26,3 @@ def test_undamped_motion_conserves_energy_and_momentum():
     energies = list(islice(motion, 2000))
     assert np.ptp(energies) < 1e-10 * energies[0]
     np.testing.assert_allclose(velocities[:, :3].sum(axis=0), before, atol=1e-11)
-
-
-def test_shells_do_not_move():
-    packing = half_space_packing((3.0, 3.0, 3.0))
-    moved = np.zeros((len(packing.places), 6))
-    with pytest.raises(ValueError, match=r"step must be positive.*; automata must all be free"):
-        next(leapfrog(Automata(packing, 0.3), moved, moved.copy(), -1.0))

@@ -63,8 +63,6 @@ def test_creep_of_a_traction_is_the_inverse_and_none_is_beyond_full_slip():
     creeps = cylinder.creep(tractions)
     assert_allclose(cylinder.traction(creeps), tractions, rtol=1e-12)
     assert creeps[-1] == cylinder.full_creep
-    with pytest.raises(ValueError, match=r"traction must lie in \[-1, 1\]"):
-        cylinder.creep(1.01)
 
 
 def test_plane_rolling_is_of_first_order_in_the_cells():
@@ -95,8 +93,3 @@ def test_cylinder_on_kelvin_and_voigts_solid():
     strips = TravellingPlane(72, 1 / 24, GeneralisedMaxwell.kelvin_voigt(0.25, 0.25), 0.3)
     contact = slide_on_rubber(strips, x**2 / 200, Load("force", cylinder.force), slope=x / 100)
     assert_allclose(contact.friction_coefficient, cylinder.resistance, rtol=1e-3)
-
-
-def test_a_solid_without_delay_has_no_closed_form_here():
-    with pytest.raises(ValueError, match="glassy must be above 1"):
-        RubberCylinder(1.0, 1.0, 1.0, 1.0, 1.0)
