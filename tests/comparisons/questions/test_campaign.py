@@ -95,15 +95,18 @@ def test_every_campaign_tells_how_far_it_is_and_how_long_the_rest_takes(tmp_path
     assert told[-1][1].complete
 
 
-@pytest.mark.parametrize("theirs", ["report.html", "study.json"])
+@pytest.mark.parametrize("theirs", ["report.html", "study.json", "claims.json", "results.csv"])
 def test_no_campaign_writes_over_the_results_of_another(tmp_path, theirs):
     (tmp_path / theirs).write_text("precious")
-    runs = [
-        ClaimRun([], tmp_path, overwrite=True),
-        HardCases([], [], tmp_path),
-        Calibration(tmp_path),
-    ]
-    for run in runs:
+    runs = {
+        "claims.json": ClaimRun([], tmp_path, overwrite=True),
+        "study.json": Study([], tmp_path, overwrite=True),
+        "hard-cases.json": HardCases([], [], tmp_path),
+        "calibration.json": Calibration(tmp_path),
+    }
+    for own, run in runs.items():
+        if own == theirs:
+            continue
         with pytest.raises(ResultsError, match=theirs):
             run.run()
     assert [path.name for path in tmp_path.iterdir()] == [theirs]
@@ -115,10 +118,3 @@ def test_a_campaign_that_has_not_begun_travels_to_another_process(scene, tmp_pat
     study = pickle.loads(pickle.dumps(Study(plans, tmp_path / "out")))
     study.run()
     assert study.lost() == []
-
-
-def test_a_study_does_not_write_over_claims(scene, tmp_path):
-    ClaimRun([], tmp_path / "out").run()
-    plans = plan_scene(scene(compare={"methods": ["closed_form"]}))
-    with pytest.raises(ResultsError, match=r"claims\.json"):
-        Study(plans, tmp_path / "out", overwrite=True).run()

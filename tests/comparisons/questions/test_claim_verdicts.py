@@ -22,13 +22,7 @@ from comparisons.questions.claims.record import (
     load_claims_record,
     verdict_of,
 )
-from comparisons.questions.claims.runner import (
-    MEASUREMENTS,
-    ClaimRun,
-    along,
-    judge_claim,
-    ranges_of,
-)
+from comparisons.questions.claims.runner import ClaimRun, along, judge_claim, ranges_of
 from comparisons.questions.claims.scenes import _deciding, _plan, interval, measure_scene
 from comparisons.questions.experiments import EXPERIMENTS, Experiment, Measurement, lammps
 from comparisons.questions.experiments.experiment import Finding, Share
@@ -273,24 +267,6 @@ def test_a_killed_run_goes_on_where_it_stopped(monkeypatch, tmp_path):
     assert load_claims_record(tmp_path / "out") == record
 
 
-def test_a_torn_measurement_is_made_again(monkeypatch, tmp_path):
-    claim = experiment_claim(monkeypatch, lambda x, effort: Measurement(x, 0.001, 0.0))
-    ClaimRun([claim], tmp_path / "out").run()
-    for path in (tmp_path / "out" / MEASUREMENTS).iterdir():
-        path.write_text(path.read_text()[:-5])
-    record = ClaimRun([claim], tmp_path / "out", resume=True).run()
-    assert record.claims[0].verdict == HOLDS
-
-
-def test_overwriting_leaves_the_files_of_others(monkeypatch, tmp_path):
-    claim = experiment_claim(monkeypatch, lambda x, effort: Measurement(x, 0.001, 0.0))
-    ClaimRun([claim], tmp_path / "out").run()
-    mine = tmp_path / "out" / MEASUREMENTS / "notes.txt"
-    mine.write_text("mine")
-    ClaimRun([claim], tmp_path / "out", overwrite=True).run()
-    assert mine.read_text() == "mine"
-
-
 def test_results_from_strangers_are_checked(tmp_path):
     with pytest.raises(ResultsError, match="no claims were judged"):
         load_claims_record(tmp_path)
@@ -350,14 +326,6 @@ def test_a_range_around_a_change_of_sign_is_called_that(monkeypatch):
     )
     one_sign = experiment_claim(monkeypatch, lambda x, effort: Measurement(x, 0.002 * x, 1e-4))
     assert "sign" not in judge_claim(one_sign, "full").sentence
-
-
-def test_the_gaussian_radius_errs_as_the_exact_ellipse_says():
-    """Radii 2 : 1: the force at equal penetration is 1.0 % low (theory notes, checked by hand)."""
-    (claim,) = load_claims(("ellipsoid-force",))
-    measured = answer_of(measure_scene(claim, 2.0, "quick", independent=False))
-    assert measured.error == pytest.approx(-0.00990, abs=2e-5)
-    assert measured.uncertainty < 1e-10
 
 
 DEPTHS = {"path": "loading.penetration.0", "from": 1, "to": 50, "steps": 2, "unit": "1 um"}

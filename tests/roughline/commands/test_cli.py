@@ -870,15 +870,6 @@ def test_deep_keys_are_refused_before_they_cost_memory(roughline, tmp_path):
     assert "keys of at most" in result.err
 
 
-def test_results_of_another_program_or_scene_are_never_lost(roughline, ball, tmp_path):
-    (tmp_path / "theirs").mkdir()
-    (tmp_path / "theirs" / "results.csv").write_text("mine")
-    result = roughline("run", "ball.toml", "--out", "theirs", "--overwrite")
-    assert result.code == 2
-    assert "has not written" in result.err
-    assert (tmp_path / "theirs" / "results.csv").read_text() == "mine"
-
-
 @pytest.mark.slow
 def test_two_runs_of_one_scene_are_the_same_and_a_changed_model_is_not(roughline, ball):
     """A scaled force in results.csv stands for a model that was changed between the runs."""

@@ -17,8 +17,6 @@ from comparisons.peers import client
 from comparisons.peers.client import Problem
 from comparisons.questions.study import Study
 from comparisons.scene.scene import load_scene
-from comparisons.solving.execution import execute
-from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 from reference import surfaces
 from reference.contact import press as unilateral
@@ -232,19 +230,3 @@ def test_the_problem_a_peer_sees_has_no_units():
         np.testing.assert_allclose(here[name], there[name], rtol=1e-15, atol=0)
     assert here["spacing"] == there["spacing"]
     assert 0.3 < here["depth"].max() < 3
-
-
-def test_a_peer_is_never_the_truth(monkeypatch):
-    """Even where its bar came out smaller by chance."""
-    from comparisons.judging.truth import choose_truth, truths
-
-    plan = plan_scene(load_scene("rough-periodic"))[0]
-    solved = {}
-    for method, level in (("bem_fft", 64), ("bem_fft", 128)):
-        solved[method, level] = execute(task_of(plan, method, level), 1)
-    solved["tamaas", 64] = solved["bem_fft", 64]
-    solved["tamaas", 128] = solved["bem_fft", 64]
-    assert "tamaas" in [truth.method for truth in truths(solved, plan.loads.axis)]
-    chosen = choose_truth(solved, plan.loads.axis, ("force", "contact_area"))
-    assert chosen is not None
-    assert chosen.method == "bem_fft"
