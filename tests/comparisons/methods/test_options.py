@@ -9,12 +9,14 @@ from comparisons.scene.options import MethodOptions
 from comparisons.scene.scene import load_scene
 
 COUNTER_BODY = {"counter_body.youngs_modulus": "5 GPa", "counter_body.poisson_ratio": 0.3}
-PENALTY = {"methods.fem.contact": "penalty"}
 
 
-def solver_or_refusal(method, source, options, more=None):
+def solver_or_refusal(method, source, options):
+    """Return who solves a built-in scene with these options; a pair is the paraboloid on steel."""
     changes = {f"methods.{method}.{key}": value for key, value in options.items()}
-    return solver_for(method, load_scene(source, changes | (more or {})))
+    if source == "pair":
+        source, changes = "paraboloid", changes | COUNTER_BODY
+    return solver_for(method, load_scene(source, changes))
 
 
 @pytest.mark.parametrize(
@@ -42,20 +44,17 @@ def solver_or_refusal(method, source, options, more=None):
         ("sliding-rough", "reduced", {"edges": "nodal"}, "line_length, line_points, spectrum"),
         ("rubber-ball", "reduced", {"stress": "local"}, "edges, rule"),
         ("friction-rough", "reduced", {"stress": "local"}, "edges, line_length, line_points"),
+        ("paraboloid", "fem", {"element": "linear", "mesh": "block"}, "contact, points, solver"),
+        # how contact is enforced is said by the coupling of two meshes, on one mesh by `contact`
+        ("pair", "fem", {"contact": "penalty"}, "coupling"),
     ],
 )
 def test_an_option_that_does_nothing_is_refused_with_those_that_do(source, method, options, reads):
     assert isinstance(solver_or_refusal(method, source, {}), Solver)
     refusal = solver_or_refusal(method, source, options)
-    (key,) = options
-    start = f"methods.{method}.{key} does nothing here: on this scene {method} reads {reads}"
-    assert refusal.reason.startswith(start)
-
-
-def test_all_that_does_nothing_is_told_at_once():
-    mesh = {"mesh": "block", "element": "linear"}
-    reason = solver_or_refusal("fem", "paraboloid", mesh).reason
-    assert reason.startswith("methods.fem.element and methods.fem.mesh do nothing here")
+    named = " and ".join(f"methods.{method}.{key}" for key in options)
+    start = f"{named} {'do' if len(options) > 1 else 'does'} nothing here: on this scene "
+    assert refusal.reason.startswith(f"{start}{method} reads {reads}")
 
 
 def test_an_element_is_that_of_the_repeating_mesh_only():
@@ -64,16 +63,6 @@ def test_an_element_is_that_of_the_repeating_mesh_only():
     assert reason == (
         "methods.fem.element does nothing here: on this scene fem reads contact, mesh"
     )
-
-
-def test_two_meshed_bodies_take_their_coupling_and_nothing_else():
-    """How contact is enforced is said by the coupling there, and on one mesh by `contact`."""
-    coupled = {"coupling": "node_to_surface"}
-    assert isinstance(solver_or_refusal("fem", "paraboloid", coupled, COUNTER_BODY), Solver)
-    reason = solver_or_refusal("fem", "paraboloid", {"contact": "penalty"}, COUNTER_BODY).reason
-    assert reason.endswith("on this scene fem reads coupling")
-    one = {"coupling": "effective_modulus", "contact": "penalty"}
-    assert isinstance(solver_or_refusal("fem", "paraboloid", one, COUNTER_BODY), Solver)
 
 
 READ = [
@@ -94,6 +83,10 @@ READ = [
     ("impact-ball", "bem_dense", {"max_cells": 100}),
     ("paraboloid", "reduced", {"rule": "half_radius", "stress": "local", "edges": "nodal"}),
     ("friction-rough", "reduced", {"edges": "nodal", "line_points": 4096}),
+    ("pair", "fem", {"coupling": "node_to_surface"}),
+    ("pair", "fem", {"coupling": "effective_modulus", "contact": "penalty"}),
+    ("pair", "mca", {"coupling": "automata"}),
+    ("paraboloid", "fem", {"mesh": "repeating"}),  # a default that is written down
 ]
 
 
@@ -102,28 +95,15 @@ def test_options_that_are_read_are_taken(source, method, options):
     assert isinstance(solver_or_refusal(method, source, options), Solver)
 
 
-def test_a_default_that_is_written_down_changes_nothing():
-    assert isinstance(solver_or_refusal("fem", "paraboloid", {"mesh": "repeating"}), Solver)
-
-
 def test_options_of_one_method_are_nothing_to_another():
-    scene = load_scene("friction-steel", PENALTY)
+    scene = load_scene("friction-steel", {"methods.fem.contact": "penalty"})
     assert all(isinstance(solver_for(name, scene), Solver) for name in ("reduced", "bem_fft"))
 
 
 @pytest.mark.parametrize("method", ["reduced", "bem_dense", "bem_fft", "fem", "mca"])
 def test_every_option_is_read_somewhere(method):
-    """By those above; `coupling` by whoever meshes or packs the other body."""
     read = {key for _, owner, options in READ for key in options if owner == method}
-    assert read | {"coupling"} >= set(type(MethodOptions().of(method)).model_fields)
-
-
-@pytest.mark.parametrize(
-    ("method", "coupling"), [("fem", "effective_modulus"), ("mca", "automata")]
-)
-def test_a_coupling_is_read_where_there_is_a_counter_body(method, coupling):
-    taken = solver_or_refusal(method, "paraboloid", {"coupling": coupling}, COUNTER_BODY)
-    assert isinstance(taken, Solver)
+    assert read >= set(type(MethodOptions().of(method)).model_fields)
 
 
 def test_claims_set_only_options_that_act():

@@ -95,20 +95,28 @@ def test_every_campaign_tells_how_far_it_is_and_how_long_the_rest_takes(tmp_path
     assert told[-1][1].complete
 
 
-@pytest.mark.parametrize("theirs", ["report.html", "study.json", "claims.json", "results.csv"])
-def test_no_campaign_writes_over_the_results_of_another(tmp_path, theirs):
+RUNS = {
+    "claims": lambda folder: ClaimRun([], folder, overwrite=True),
+    "study": lambda folder: Study([], folder, overwrite=True),
+    "hard cases": lambda folder: HardCases([], [], folder),
+    "calibration": Calibration,
+}
+
+
+@pytest.mark.parametrize(
+    ("theirs", "foreign_to"),
+    [
+        ("report.html", set(RUNS)),
+        ("study.json", set(RUNS) - {"study"}),
+        ("claims.json", set(RUNS) - {"claims"}),
+        ("results.csv", {"study"}),  # the table of another program
+    ],
+)
+def test_no_campaign_writes_over_the_results_of_another(tmp_path, theirs, foreign_to):
     (tmp_path / theirs).write_text("precious")
-    runs = {
-        "claims.json": ClaimRun([], tmp_path, overwrite=True),
-        "study.json": Study([], tmp_path, overwrite=True),
-        "hard-cases.json": HardCases([], [], tmp_path),
-        "calibration.json": Calibration(tmp_path),
-    }
-    for own, run in runs.items():
-        if own == theirs:
-            continue
+    for name in foreign_to:
         with pytest.raises(ResultsError, match=theirs):
-            run.run()
+            RUNS[name](tmp_path).run()
     assert [path.name for path in tmp_path.iterdir()] == [theirs]
 
 

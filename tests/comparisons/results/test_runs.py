@@ -93,35 +93,31 @@ def test_a_moved_force_is_found_with_its_sign(tmp_path, factor, moved, more):
     assert change.change == pytest.approx(factor - 1, rel=1e-6)  # the difference of two roundings
 
 
-def test_lost_answers_are_bad_and_found_ones_are_not(tmp_path):
-    gone = reduced_change(study(tmp_path), study(tmp_path, converged=False))
-    assert gone.bad
-    assert "3 of 3 answers lost: ran away" in gone.text
-    assert LOST in gone.kinds
-    back = reduced_change(study(tmp_path, converged=False), study(tmp_path))
-    assert RECOVERED in back.kinds
-    assert not back.bad
-
-
-def test_a_quantity_without_its_value_is_lost(tmp_path):
-    change = reduced_change(study(tmp_path), study(tmp_path, factor=np.nan))
-    assert LOST in change.kinds
-    assert change.text == "no value of force any more"
-    assert not reduced_change(study(tmp_path, factor=np.nan), study(tmp_path)).bad
-
-
-def test_a_verdict_that_changes_is_told_with_both_words(tmp_path):
-    change = reduced_change(study(tmp_path), study(tmp_path, verdict="outside"))
-    assert change.kinds == (VERDICT,)
-    assert change.text == "force at equal penetration was within, is outside"
+@pytest.mark.parametrize(
+    ("before", "after", "kind", "text", "bad"),
+    [
+        ({}, {"converged": False}, LOST, "3 of 3 answers lost: ran away", True),
+        ({"converged": False}, {}, RECOVERED, "3 lost answers recovered", False),
+        ({}, {"factor": np.nan}, LOST, "no value of force any more", True),
+        ({"factor": np.nan}, {}, SAME, "same", False),
+        (
+            *({}, {"verdict": "outside"}, VERDICT),
+            *("force at equal penetration was within, is outside", True),
+        ),
+        # a time alone is no worse answer; one that is too short to read is not judged
+        ({}, {"seconds": 0.2}, SLOW, "took longer: 100\u202fms before, 200\u202fms after", False),
+        ({"seconds": 0.14}, {"seconds": 1.4e-3}, SAME, "same", False),
+    ],
+)
+def test_a_change_of_each_kind_is_told_and_lost_answers_and_verdicts_are_bad(
+    tmp_path, before, after, kind, text, bad
+):
+    change = reduced_change(study(tmp_path, **before), study(tmp_path, **after))
+    assert (change.kinds, change.text, change.bad) == ((kind,), text, bad)
+    assert change.only_timed == (kind == SLOW)
 
 
 def test_times_are_told_on_one_machine_only(tmp_path):
-    slow = reduced_change(study(tmp_path), study(tmp_path, seconds=0.2))
-    assert slow.kinds == (SLOW,)
-    assert slow.text == "took longer: 100\u202fms before, 200\u202fms after"
-    assert slow.only_timed
-    assert not slow.bad  # a time alone is no worse answer
     elsewhere = study(tmp_path, seconds=0.2, machine={"processor": "another"})
     record = compare_runs(study(tmp_path), elsewhere)
     assert not record.failed
@@ -137,12 +133,6 @@ def test_plots_of_two_runs_tell_a_time_once_and_have_few_ticks_of_one_unit(tmp_p
     assert hover.endswith("100\u202fms before, 200\u202fms after; took longer")
     assert all(label.endswith("%") for _, label in errors.y.ticks)
     assert 2 <= len(errors.x.ticks) <= 5
-
-
-def test_times_too_short_to_read_are_not_judged(tmp_path):
-    """One of the two is enough: a first run on a busy machine is no slower code."""
-    change = reduced_change(study(tmp_path, seconds=0.14), study(tmp_path, seconds=1.4e-3))
-    assert change.kinds == (SAME,)
 
 
 def test_a_scene_that_was_only_laid_out_differently_is_the_same(tmp_path):
