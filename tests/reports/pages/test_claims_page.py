@@ -12,28 +12,29 @@ from reports.plots.claims import evidence
 from reports.plots.interactive import spec
 from roughline.commands.app import run_command
 
-CLAIM = """
-[claims.narrow]
-text = "A narrow ellipsoid is a ball of the Gaussian radius <script>alert(1)</script>."
-equation = "(5.13)"
-scene = "ellipsoid-5"
+CLAIMS = """
 quantity = "force"
-tolerance = {tolerance}
+true = { method = "closed_form" }
+equation = "(5.13)"
+text = "An ellipsoid is a ball of the Gaussian radius <script>alert(1)</script>."
+[claims.wide]
+scene = "ellipsoid-2"
+vary = { path = "indenter.radius_x", from = 1, to = 20, steps = 6, spacing = "log", unit = "10 mm" }
+tolerance = 0.01
+[claims.narrow]
+scene = "ellipsoid-5"
+tolerance = 0.005
 expected = "holds"
 """
 
 
 @pytest.fixture(scope="module")
 def judged(tmp_path_factory):
-    """One claim that holds in a range, and one from a file that does not hold as expected."""
+    """One claim that holds in a range, and one that does not hold as expected."""
     root = tmp_path_factory.mktemp("claims")
-    (root / "narrow.toml").write_text(CLAIM.format(tolerance=0.005))
-    code = run_command(
-        [
-            *("claims", "ellipsoid-force", str(root / "narrow.toml"), "--quick"),
-            *("--out", str(root / "out"), "--json", str(root / "copy.json"), "--workers", "1"),
-        ]
-    )
+    (root / "own.toml").write_text(CLAIMS)
+    words = ["claims", str(root / "own.toml"), "--quick", "--workers", "1"]
+    code = run_command([*words, "--out", str(root / "out"), "--json", str(root / "copy.json")])
     return code, root
 
 
@@ -60,9 +61,7 @@ def test_the_page_shows_words_numbers_pictures_and_commands(judged):
     # The small scales of the errors are drawn; their attributes are no text of the page.
     assert 'class="scale" data-beyond=' in page
     assert "--e:" not in re.sub(r"<[^>]*>", "", page)
-    figure = json.loads(
-        re.search(r'id="data-claim-ellipsoid-force-evidence">(.*?)</script>', page, re.S)[1]
-    )
+    figure = json.loads(re.search(r'id="data-claim-wide-evidence">(.*?)</script>', page, re.S)[1])
     assert {trace["name"] for trace in figure["data"]} == {"within", "outside"}
 
 
