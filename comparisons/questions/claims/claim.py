@@ -85,6 +85,9 @@ class Claim(SceneTable):
     refuted_by: Prose = ""  # by default an error beyond the tolerance
     theorem: Annotated[str, Field(max_length=500)] = ""
     expected: Literal[VERDICTS] | None = None  # type: ignore[valid-type]
+    # Which number of a scene varies, and what stands still (`nearest`): of built-in claims only.
+    nearest: dict[str, Any] = Field(default_factory=dict, exclude=True)
+    fixed: dict[str, Any] = Field(default_factory=dict, exclude=True)
     directory: str = Field(default=".", exclude=True)
 
     @model_validator(mode="before")

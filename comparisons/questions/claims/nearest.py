@@ -4,7 +4,8 @@ A claim that was measured along a parameter (ratio of the radii, exponent, load 
 Poisson's ratio, ...) is a row of a validity map; a scene of the same kind is a point on it, or a
 stretch where its loads spread. What a claim measured away from its row, along what its statement
 leaves open or drawn over it, are points like others. The record of the full runs comes with the
-package.
+package; the file of a claim says `along` which number of scenes it was measured (`nearest`), and
+what stood still (`fixed`).
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from comparisons.facts.methods import MODEL
 from comparisons.facts.quantities import quantity
 from comparisons.geometry.plausibility import STEEPEST
 from comparisons.judging.verdicts import NOT_RESOLVED, OUTSIDE, WITHIN, WORST_FIRST, judged
-from comparisons.questions.claims.families import HERE, builtin_claims
+from comparisons.questions.claims.families import HERE, Keys, builtin_claims
 from comparisons.questions.claims.record import HOLDS, ClaimRecord, PointRecord, stored
 from comparisons.results.record import SceneRecord
 from comparisons.scene.indenters.punches import EllipticPunch, RightAngledPunch
@@ -306,17 +307,31 @@ def in_words(answers: list[Nearest], tolerance: float) -> str:
 
 
 @cache
+def claimed() -> Mapping[str, Keys]:
+    """Return the claims whose parameter is a number of scenes: those with a `nearest`.
+
+    Of those that share their measurements the one with its `tolerance`.
+    """
+    return {
+        name: keys
+        for name, keys in builtin_claims().items()
+        if "along" in (place := keys.get("nearest", {}))
+        and keys["tolerance"] == place.get("tolerance", keys["tolerance"])
+    }
+
+
+def fixed(name: str) -> Values:
+    """Return what stood still while a claim was measured, by its symbol."""
+    keys = claimed()[name]
+    return {k: v for k, v in keys.get("fixed", {}).items() if k != keys["nearest"]["along"]}
+
+
+@cache
 def measured(name: str) -> Measured:
     """Return what was measured of a claim that comes with the package, in the units of `places`."""
-    claim = stored()[name]
-    unit, parameter = 1.0, claim.parameter
-    if name in ROLLING.values():
-        scene = load_scene("rolling-ball")
-        normal = loads_of(scene).normal
-        assert normal is not None
-        unit, parameter = 100 * full_slip(scene, normal), "creep over that of full slip"
-    if name == "rough-area-smooth":
-        unit, parameter = 64.0, "shortest wave over side lambda_s/L"
+    claim, keys = stored()[name], claimed()[name]
+    place = keys["nearest"]
+    names = place.get("quantity") or keys["quantity"]
     made: list[tuple[PointRecord, float | None, Values]]
     made = [(point, point.parameter, {}) for point in claim.points]
     made += [
@@ -330,167 +345,119 @@ def measured(name: str) -> Measured:
     made += [(point, point.parameter, point.setting) for point in claim.draws]
     choices = {nuisance.name: nuisance.choices for nuisance in claim.nuisances}
     points = []
-    for point, place, setting in made:
-        if place is None or point.error is None or point.uncertainty is None:
+    for point, at, setting in made:
+        if at is None or point.error is None or point.uncertainty is None:
             continue
-        values = dict(FIXED.get(name, {}))
+        values = dict(fixed(name))
         for key, value in setting.items():
             if not choices[key]:
                 values[key.split()[-1]] = float(value)  # its symbol
             else:
                 values[key] = value if type(value) is str else choices[key][int(value)]
-        points.append(Point(place / unit, point.error, point.uncertainty, values))
+        points.append(Point(at / place.get("unit", 1.0), point.error, point.uncertainty, values))
     return Measured(
         name,
-        QUANTITIES.get(name, tuple(claim.quantity)),
-        parameter,
+        (names,) if isinstance(names, str) else tuple(names),
+        place.get("parameter", claim.parameter),
         claim.spacing,
         claim.tolerance,
         tuple(points),
         claim.verdict == HOLDS and bool(claim.theorem),
-        UNTIL.get(name, np.inf),
+        UNTIL.get(place["along"], np.inf),
     )
 
 
-# Of the surfaces of claims on roughness along the load (rough_area.toml), 64 x 64 points without a
-# plateau of long waves; the load of claims along another parameter.
+# The symbols of rough surfaces' values; the load of claims along another one.
 LONG, SHORT, LENGTH = "L/lambda_l", "L/lambda_s", "L1/L"
-AROUND, PATCH, LINE, RINGS = "half-space", "free patch", "spectrum of the line", "ring sums"
-SURFACE = {"H": 0.8, LONG: 1.0, SHORT: 32.0, LENGTH: 1.0, AROUND: PATCH, LINE: RINGS}
+AROUND, LINE = "half-space", "spectrum of the line"
 LOAD, AT_LOAD = "F/(E* A0 h')", 0.01
-ALONG = {
-    "rough-area": LOAD,
-    "rough-area-periodic": LOAD,
-    "rough-penetration": LOAD,
-    "rough-mean-gap": LOAD,
-    "rough-stiffness": LOAD,
-    "rough-area-hurst": "H",
-    "rough-stiffness-hurst": "H",
-    "rough-area-plateau": LONG,
-    "rough-area-smooth": SHORT,
-}
 # Where slopes are too large for every method: d/a = `STEEPEST`, of a ball d = a artanh(a/R).
-UNTIL = {"transform-sphere": STEEPEST * float(np.tanh(STEEPEST))}
-# What stood still while a claim was measured, by its symbol.
-FIXED: dict[str, Values] = {
-    claim: {name: made for name, made in (SURFACE | {LOAD: AT_LOAD}).items() if name != along}
-    for claim, along in ALONG.items()
-}
-FIXED["rough-area-periodic"] = {**FIXED["rough-area"], AROUND: "periodic"}
-# The claims along the creep in % of a ball, by the stiffness of the reduced model's springs.
-ROLLING = {"springs": "rolling-curve-springs", "matched": "rolling-curve-matched"}
-FIXED |= {claim: {"nu": 0.28, "R_x/R_y": 1.0} for claim in ROLLING.values()}
-# The claims along d/d_y of a ball that dents, by how springs read the criterion of yield.
-YIELDING = {"stress": "total", "elastic_root": "root", "zunker_kamrin": "zunker-kamrin"}
-DENTS = {"force-10": "force", "area-10": "contact_area", "residual-20": "residual_depth"}
-DENTED = {f"plastic-{way}-{d}": (n,) for way in YIELDING.values() for d, n in DENTS.items()}
-del DENTED["plastic-root-area-10"]  # no claim
-FIXED |= {claim: {"nu": 0.3} for claim in DENTED}
-# The quantities whose error an experiment measures, or a claim on one that errs alike.
-QUANTITIES = {
-    "punch-ellipse": ("force", "stiffness"),
-    "punch-rectangle": ("force", "stiffness"),
-    "rough-area": ("contact_area",),
-    "rough-penetration": ("penetration",),
-    "rough-mean-gap": ("mean_gap",),
-    "rough-stiffness": ("stiffness",),
-    "rough-stiffness-hurst": ("stiffness",),
-    "rolling-curve-springs": ("traction", "tangential_force"),
-    "rolling-curve-matched": ("traction", "tangential_force"),
-    "adhesion-range": ("pull_off_force",),
-    **DENTED,
-}
+UNTIL = {"d/R": STEEPEST * float(np.tanh(STEEPEST))}
 
 
 def places(scene: Scene, loads: AbsoluteLoads, unit: float) -> dict[str, Stretch]:
     """Return where a scene stands along the parameter of each claim that concerns it."""
-    found: dict[str, Stretch] = {}
+    found = _numbers(scene, loads, unit)
+    return {
+        name: (float(np.min(found[along])), float(np.max(found[along])))
+        for name, keys in claimed().items()
+        if (along := keys["nearest"]["along"]) in found
+    }
 
-    def put(claim: str, *values: float) -> None:
-        found[claim] = float(np.min(values)), float(np.max(values))
 
+def _numbers(scene: Scene, loads: AbsoluteLoads, unit: float) -> dict[str, Any]:
+    """Return the numbers of a scene along which claims on such scenes were measured."""
+    found: dict[str, Any] = {}
     body, friction, adhesion = scene.indenter, scene.friction, scene.adhesion
-    physics = set(scene.physics)
-    fixed = {"cone": 1.0, "paraboloid": 2.0}
-    exponent = fixed.get(body.shape, body.parameters.get("exponent")) if body else None
+    physics, values = set(scene.physics), loads.values
+    shapes = {"cone": 1.0, "paraboloid": 2.0}
+    exponent = shapes.get(body.shape, body.parameters.get("exponent")) if body else None
     if body is not None and not (physics or scene.rough):
-        sides = {}
         if body.shape == "ellipsoid":
-            sides["ellipsoid-force"] = body.parameters["radius_x"], body.parameters["radius_y"]
+            both = body.parameters["radius_x"], body.parameters["radius_y"]
+            found["R'/R''"] = max(both) / min(both)
             # areas were compared at equal force: that says nothing of them at equal penetration
             if loads.control == "force":
-                sides["ellipsoid-area"] = sides["ellipsoid-force"]
+                found["R'/R'' under a force"] = found["R'/R''"]
         if isinstance(body, EllipticPunch):
-            sides["punch-ellipse"] = body.semi_axes
+            found["a/b"] = max(body.semi_axes) / min(body.semi_axes)
         if isinstance(body, RightAngledPunch):
-            sides["punch-rectangle"] = body.lengths
-        for claim, both in sides.items():
-            put(claim, max(both) / min(both))
+            found["L1/L2"] = max(body.lengths) / min(body.lengths)
         if exponent is not None:
-            put("transform-power-law", exponent)
+            found["n"] = exponent
         if body.shape == "sphere":
-            depths, radius = loads.values, body.parameters["radius"]
-            if loads.control == "force":
-                depths = sphere(radius, scene.effective_modulus).penetration(loads.values)
-            put("transform-sphere", *(depths / radius))
-    rough = isinstance(scene.surface, SelfAffine) and not physics and loads.control == "force"
-    if rough and np.isfinite(unit):
+            radius = body.parameters["radius"]
+            form = sphere(radius, scene.effective_modulus)
+            found["d/R"] = (
+                form.penetration(values) if loads.control == "force" else values
+            ) / radius
+    rough = isinstance(scene.surface, SelfAffine) and np.isfinite(unit)
+    if rough and not physics and loads.control == "force":
         own = own_values(scene, loads, unit)
-        for claim, name in ALONG.items():
-            if name == LOAD:
-                put(claim, *(loads.values / unit))
-            elif np.allclose(loads.values / unit, AT_LOAD, rtol=SAME):
-                put(claim, own[name] if name == "H" else 1 / own[name])
+        found[LOAD] = values / unit
+        if np.allclose(values / unit, AT_LOAD, rtol=SAME):
+            found |= {"H": own["H"], LONG: 1 / own[LONG], SHORT: 1 / own[SHORT]}
     rubber, alone = scene.viscoelastic, physics == {"viscoelastic"}
     if rubber and alone and exponent is not None and loads.control == "penetration":
-        times, steps, top = loads.times, np.sign(np.diff(loads.values)), np.argmax(loads.values)
-        relaxing = [time for _, time in rubber.branches]
-        if times is not None and relaxing and np.all(np.diff(steps) <= 0):  # pressed in once
+        times, steps, top = loads.times, np.sign(np.diff(values)), np.argmax(values)
+        relaxing = np.array([time for _, time in rubber.branches])
+        if times is not None and relaxing.size and np.all(np.diff(steps) <= 0):  # pressed in once
             pressing = times[top] - times[0]
             if exponent == 2 and pressing:
                 way = "unloading" if np.any(steps < 0) else "loading"
-                put(f"viscoelastic-{way}", *(time / pressing for time in relaxing))
+                found[f"tau/t, {way}"] = relaxing / pressing
             else:
-                put("viscoelastic-shape", exponent)
+                found["n on rubber"] = exponent
     plastic, alone = scene.plasticity, physics == {"plasticity"} and not scene.rough
-    if plastic and alone and body is not None and exponent == 2 and plastic.model in YIELDING:
-        deeper = loads.control == "penetration" and np.all(np.diff(loads.values, prepend=0.0) > 0)
+    if plastic and alone and body is not None and exponent == 2:
+        deeper = loads.control == "penetration" and np.all(np.diff(values, prepend=0.0) > 0)
         if deeper and not (plastic.hardening or plastic.hardening_exponent):
             from reference.plastic import yield_depth, yield_pressure  # with finite elements
 
             pressure = yield_pressure(scene.poisson_ratio) * plastic.yield_stress
             first = yield_depth(body.parameters["radius"], scene.effective_modulus, pressure)
-            low, high = float(loads.values[0] / first), float(loads.values[-1] / first)
-            for dent in DENTS if high > 1 else ():  # below 1 nothing yields
-                claim = f"plastic-{YIELDING[plastic.model]}-{dent}"
-                # dents were measured from 2 on
-                if claim in DENTED and (dent != "residual-20" or low >= 2):
-                    put(claim, max(low, 1.0), high)
-            if high <= 1:
-                put("transform-power-law", exponent)
+            low, high = values[0] / first, values[-1] / first
+            if high <= 1:  # nothing yields
+                found["n"] = exponent
+            else:
+                found[f"d/d_y, {plastic.model}"] = max(low, 1.0), high
+            if high > 1 and low >= 2:
+                found[f"d/d_y from 2 on, {plastic.model}"] = low, high
     coupled = friction is not None and friction.coupling == "full"
     if physics == {"friction"} and not scene.rough and body is not None and body.axisymmetric:
-        claim = "partial-slip-rigid" if coupled else "partial-slip-similar"
-        put(claim, scene.poisson_ratio)
+        found["nu, coupled" if coupled else "nu, apart"] = scene.poisson_ratio
     long_range = adhesion is not None and not adhesion.short_range
     if adhesion is not None and long_range and body is not None and body.shape == "paraboloid":
         # lambda = (w/range) (9 R/(2 pi w E*^2))^(1/3) of a ball (Maugis 1992)
-        tension = adhesion.work / adhesion.range
-        radius = body.parameters["radius"]
-        put(
-            "adhesion-range",
-            maugis_parameter(radius, scene.effective_modulus, adhesion.work, tension),
-        )
-    rolling = scene.rolling
-    if rolling is not None and friction is not None and not coupled:
+        size = body.parameters["radius"], scene.effective_modulus
+        found["lambda"] = maugis_parameter(*size, adhesion.work, adhesion.work / adhesion.range)
+    rolling, normal = scene.rolling, loads.normal
+    if rolling is not None and friction is not None and not coupled and normal is not None:
         plain = physics == {"rolling", "friction"} and not rolling.spin and curvature_radii(scene)
-        normal = loads.normal
-        if plain and normal is not None and not any(rolling.lateral_creep.values):
-            # creep of zero has no place on a scale of logarithms, nor an error
-            full = full_slip(scene, normal)
-            creeps = [abs(creep) / full for creep in rolling.creep.values if creep]
-            if creeps:
-                put(ROLLING[scene.methods.reduced.rolling], *creeps)
+        # creep of zero has no place on a scale of logarithms, nor an error
+        creeps = np.abs([creep for creep in rolling.creep.values if creep])
+        if plain and creeps.size and not any(rolling.lateral_creep.values):
+            found[f"creep, {scene.methods.reduced.rolling}"] = creeps / full_slip(scene, normal)
     return found
 
 
@@ -520,8 +487,8 @@ def own_values(scene: Scene, loads: AbsoluteLoads, unit: float) -> dict[str, Any
         own[LONG] = side / (surface.long_cutoff or side)
         own[SHORT] = side / (surface.short_cutoff or 2 * spacing)
         own[LENGTH] = scene.methods.reduced.line_length
-        own[AROUND] = "periodic" if surface.periodic else PATCH
-        own[LINE] = RINGS if scene.methods.reduced.spectrum == "rings" else "other"
+        own[AROUND] = "periodic" if surface.periodic else "free patch"
+        own[LINE] = "ring sums" if scene.methods.reduced.spectrum == "rings" else "other"
         own[LOAD] = float(np.mean(loads.values) / unit)
     if radii := curvature_radii(scene):
         own["R_x/R_y"] = radii[0] / radii[1]

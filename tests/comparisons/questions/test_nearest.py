@@ -12,10 +12,10 @@ from comparisons.geometry.prepare import RoughGeometry, prepare
 from comparisons.judging.verdicts import NOT_RESOLVED, OUTSIDE, WITHIN
 from comparisons.questions.claims.claim import load_claims, scene_of
 from comparisons.questions.claims.nearest import (
-    FIXED,
-    QUANTITIES,
     _decided,
+    claimed,
     claims_on,
+    fixed,
     in_words,
     measured,
     nearest,
@@ -45,7 +45,7 @@ def known(name, **changes):
 
 
 def test_every_claim_with_values_of_its_own_has_a_row_and_a_quantity():
-    for claim in (*FIXED, *QUANTITIES):
+    for claim in claimed():
         assert len(measured(claim).row) > 1
         assert measured(claim).quantities
 
@@ -88,7 +88,10 @@ def test_a_load_between_two_that_were_measured_is_told_the_nearest_in_logarithms
     assert ", H = 0.8, here 0.3, claim" in flat.place
 
 
-@pytest.mark.parametrize("claim", load_claims(tuple(FIXED)), ids=list(FIXED))
+STANDING = tuple(name for name in claimed() if fixed(name))
+
+
+@pytest.mark.parametrize("claim", load_claims(STANDING), ids=STANDING)
 def test_what_stood_still_is_what_the_files_of_claims_state(claim):
     """On scenes by the scene; of experiments as stated, or by their defaults."""
     if claim.experiment is None:
@@ -101,7 +104,7 @@ def test_what_stood_still_is_what_the_files_of_claims_state(claim):
         own["L/lambda_s"] = arguments["points"] / arguments["shortest"]
         own["half-space"] = "periodic" if arguments["periodic"] else "free patch"
         own["spectrum of the line"] = {"rings": "ring sums"}[arguments["rule"]]
-    for name, made in FIXED[claim.id].items():
+    for name, made in fixed(claim.id).items():
         assert own[name] == (made if isinstance(made, str) else pytest.approx(made, rel=1e-9))
 
 
@@ -390,7 +393,7 @@ def test_the_parameter_of_maugis_is_that_of_the_closed_form():
         changes = {"half_space": {"effective_modulus": 1.0}, "adhesion.work": 1.0}
         changes |= {"indenter.radius": 1.0, "adhesion.range": 1.0 / tension}
         scene = load_scene("adhesive-ball-range", changes)
-        place = places(scene, None, np.nan)["adhesion-range"]
+        place = places(*prepared(scene))["adhesion-range"]
         np.testing.assert_allclose(place, number, rtol=1e-9)
 
 
