@@ -38,7 +38,6 @@ def test_nothing_heavy_is_imported_for_a_list(python, what):
         ("reports.pages.study", {"skfem", "comparisons.methods.registry"}),
         ("reports.pages.hard_cases", {"skfem", "comparisons.methods.registry"}),
         ("comparisons.questions.hard_cases.case", HEAVY),
-        ("comparisons.solving.plan_record", HEAVY),
         ("reference.rolling.roll", {"skfem", "reference.fem"}),
     ],
 )

@@ -42,7 +42,7 @@ from comparisons.scene.half_space import DEPTH_KEYS
 from comparisons.scene.loading import PATHS
 from comparisons.scene.physics.tables import TABLES
 from comparisons.scene.scene import Scene, SceneError, make_scene
-from comparisons.solving.plan_record import PlanRecord
+from comparisons.solving.plan import PlanRecord
 from comparisons.tasks.shown_loads import NAMES, at_step, stored_steps
 from comparisons.tasks.stresses import FROM_PRESSURE
 

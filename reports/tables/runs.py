@@ -10,7 +10,7 @@ from comparisons.facts.quantities import quantity
 from comparisons.facts.quantities.rows import HALF_AXES
 from comparisons.judging.levels import ensemble_text
 from comparisons.results.record import SceneRecord
-from comparisons.solving.plan_record import MethodPlan
+from comparisons.solving.plan import MethodPlan, Plan
 from reports.tables import cells
 from reports.tables.cells import Cell, Table, table
 
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from comparisons.questions.single import SingleResult
     from comparisons.results.ensemble_folder import EnsembleRecord
     from comparisons.results.run_comparison import Change
-    from comparisons.solving.plan import Plan  # a page of results needs no solver
 
 TIMES = "time, before → after"
 SHOWN = ("force", "penetration", "mean_gap", "contact_area")

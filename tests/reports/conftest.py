@@ -18,7 +18,7 @@ from comparisons.results.record import SceneRecord, StudyRecord
 from comparisons.results.rows import Rows
 from comparisons.results.scene_record import explained
 from comparisons.results.store import save_study
-from comparisons.solving.plan_record import MethodPlan, PlanRecord
+from comparisons.solving.plan import MethodPlan, PlanRecord
 
 RADIUS, MODULUS = 0.01, 231e9
 DEPTHS = np.array([1e-6, 2e-6, 3e-6, 5e-6, 7e-6, 1e-5])

@@ -26,8 +26,7 @@ from comparisons.questions.claims.parameters import Side
 from comparisons.questions.experiments import Measurement
 from comparisons.questions.experiments.experiment import Effort
 from comparisons.solving.inquiries import Inquiry, curves
-from comparisons.solving.plan import Plan
-from comparisons.solving.plan_record import MethodPlan
+from comparisons.solving.plan import MethodPlan, Plan
 from comparisons.solving.planning import plan_scene, refusal
 from comparisons.tasks.solution import Solved
 

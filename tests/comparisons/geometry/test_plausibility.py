@@ -8,7 +8,7 @@ from comparisons.geometry.prepare import RoughGeometry
 from comparisons.reasons import CHECK
 from comparisons.scene.scene import builtin_names, load_scene, validated
 from comparisons.solving import planning
-from comparisons.solving.plan_record import Roughness
+from comparisons.solving.plan import Roughness
 from comparisons.solving.planning import plan_scene
 
 

@@ -21,8 +21,7 @@ from comparisons.results.rows import Rows
 from comparisons.results.scene_record import explained, record_scene
 from comparisons.scene.scene import SUITES, builtin_names, load_scene
 from comparisons.solving.execution import execute
-from comparisons.solving.plan import task_of
-from comparisons.solving.plan_record import PlanRecord
+from comparisons.solving.plan import PlanRecord, task_of
 from comparisons.solving.planning import plan_scene
 from roughline.commands.app import run_command
 

@@ -15,7 +15,7 @@ from comparisons.results.record import SceneRecord
 from comparisons.results.rows import Rows
 from comparisons.results.scene_record import record_scene
 from comparisons.scene.scene import load_scene
-from comparisons.solving.plan_record import PlanRecord
+from comparisons.solving.plan import PlanRecord
 from comparisons.solving.planning import plan_scene
 from reports.tables.card import card, not_known_here
 from reports.tables.problems import sheet_text

@@ -20,7 +20,7 @@ from comparisons.results.run_comparison import (
     VERDICT,
     compare_runs,
 )
-from comparisons.solving.plan_record import PlanRecord
+from comparisons.solving.plan import PlanRecord
 from reports.pages.runs import before_and_after
 
 DEPTHS = np.array([1e-6, 2e-6, 4e-6])

@@ -17,7 +17,7 @@ from comparisons.judging.verdicts import Verdict
 from comparisons.results.record import FIELDS_FOLDER, SceneRecord, StudyRecord
 from comparisons.results.rows import Rows
 from comparisons.results.store import RESULTS, STUDY, load_study, save_study
-from comparisons.solving.plan_record import Measured, MethodPlan, PlanRecord, Roughness
+from comparisons.solving.plan import Measured, MethodPlan, PlanRecord, Roughness
 
 THIRD = 1 / 3
 PLAN = PlanRecord(

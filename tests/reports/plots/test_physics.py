@@ -12,7 +12,7 @@ from comparisons.judging.truth import Reference
 from comparisons.judging.verdicts import Verdict
 from comparisons.results.record import SceneRecord
 from comparisons.results.rows import Rows
-from comparisons.solving.plan_record import PlanRecord
+from comparisons.solving.plan import PlanRecord
 from reports.plots import curves, errors, interactive, physics, speed
 from reports.plots.interactive import spec
 from reports.plots.model import failure_view

@@ -14,7 +14,7 @@ from comparisons.results.advice import advise, truth_known_to
 from comparisons.results.rows import Rows
 from comparisons.scene.scene import builtin_names, load_scene
 from comparisons.scene.units import PRESSURE, number_and_unit, to_si
-from comparisons.solving.plan_record import Roughness
+from comparisons.solving.plan import Roughness
 from reports.pages.page import environment
 from reports.plots.stored import slider_steps
 from reports.tables import cells
