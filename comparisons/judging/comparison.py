@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -193,26 +193,29 @@ def _verdicts(
     if truth is None or (method, resolution) == (truth.method, truth.resolution):
         return
     curves = levels.curves(resolution)
-    tolerance, ratio = plan.scene.compare.tolerance, not plan.loads.is_path
 
     def verdict(name: str, at: str, error: np.ndarray, bar: np.ndarray, **more: Any) -> Verdict:
-        decided = vars(judged(error, bar, tolerance))
-        rms = rms_and_maximum(error)[0]
-        setting: dict[str, Any] = {
-            "method": method,
-            "resolution": float(resolution),
-            "ratio": ratio,
-            "steps": len(plan.loads.values),
-        }
-        asked: dict[str, Any] = {"quantity": name, "at": at, "tolerance": tolerance, "rms": rms}
         lost = ~np.isfinite(error)
-        if 0 < lost.sum() < lost.size:
-            asked["reason"] = truth.why_missing(curves, name, at, lost)
-            # to cling on where no equilibrium exists: no error tells how wrong
-            gone = truth.solution.no_equilibrium.all(axis=0) & (at == truth.axis)
-            if truth.exact and (gone & lost & ~np.isnan(curves[name])).any():
-                decided |= {"word": OUTSIDE, "low": NAN, "high": NAN}
-        return Verdict(**decided, **setting, **asked, **more)
+        some_lost = 0 < lost.sum() < lost.size
+        found = judged(
+            error,
+            bar,
+            plan.scene.compare.tolerance,
+            method=method,
+            resolution=float(resolution),
+            quantity=name,
+            at=at,
+            ratio=not plan.loads.is_path,
+            rms=rms_and_maximum(error)[0],
+            steps=len(plan.loads.values),
+            reason=truth.why_missing(curves, name, at, lost) if some_lost else "",
+            **more,
+        )
+        # to cling on where no equilibrium exists: no error tells how wrong
+        gone = truth.solution.no_equilibrium.all(axis=0) & (at == truth.axis)
+        if some_lost and truth.exact and (gone & lost & ~np.isnan(curves[name])).any():
+            return replace(found, word=OUTSIDE, low=NAN, high=NAN)
+        return found
 
     if set(plan.compared) & set(FIELDS):
         for name, error, bar in field_measures(plan, solved, method, resolution, truth):

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -44,7 +44,7 @@ def of_steps(chosen: np.ndarray, axis: str) -> str:
     return f"{chosen.sum()} of {chosen.size} {step_at(axis)}s"
 
 
-def severity(verdict: Judgement) -> tuple[int, float, float]:
+def severity(verdict: Verdict) -> tuple[int, float, float]:
     """Return what sorts verdicts, the worst first.
 
     Outside before no result before not resolved before within. Among equal words the one that is
@@ -52,7 +52,7 @@ def severity(verdict: Judgement) -> tuple[int, float, float]:
     |e| + u), an unknown one being the largest; then the largest |e|.
 
     >>> several = [("within", 0.1, 0.3), ("outside", 1.0, 9.0), ("outside", 2.0, 3.0)]
-    >>> verdicts = [Judgement(word, low=low, high=high) for word, low, high in several]
+    >>> verdicts = [Verdict(word=w, low=low, high=high, tolerance=1) for w, low, high in several]
     >>> [verdict.low for verdict in sorted(verdicts, key=severity)]
     [2.0, 1.0, 0.1]
     """
@@ -64,9 +64,9 @@ def severity(verdict: Judgement) -> tuple[int, float, float]:
     )
 
 
-@dataclass(frozen=True)
-class Judgement:
-    """A verdict with the load step that decided it."""
+@dataclass(frozen=True, kw_only=True)
+class Verdict:
+    """The verdict on one quantity of one setting, a method at a resolution; see `judged`."""
 
     word: str = NO_RESULT  # "within", "outside", "not resolved" or "no result"
     step: int = -1  # the load step that decided, counted from 0; -1 where there is no result
@@ -78,18 +78,12 @@ class Judgement:
     # is outside at any tolerance.
     low: Number = NAN
     high: Number = NAN
-
-
-@dataclass(frozen=True, kw_only=True)
-class Verdict(Judgement):
-    """The verdict on one quantity of one setting: a method at a resolution."""
-
     # The resolution is 0 for a method that solved nothing; NaN where none is meant.
     method: str = ""
     resolution: Number = NAN
     # What was compared, and what was equal when it was ("penetration", "force", "last load").
-    quantity: str
-    at: str
+    quantity: str = ""
+    at: str = ""
     tolerance: float
     # Whether `error` has its sign, or is a size (norms); and whether it is a ratio minus 1 (along
     # paths errors are relative to the largest value).
@@ -210,8 +204,8 @@ def worst(items: Iterable[Verdict], *, asked: bool = False) -> Verdict:
     return min(offered or counted or several, key=severity)
 
 
-def judged(error: ArrayLike, uncertainty: ArrayLike, tolerance: float) -> Judgement:
-    """Judge errors at one or several load steps.
+def judged(error: ArrayLike, uncertainty: ArrayLike, tolerance: float, **of: Any) -> Verdict:
+    """Judge errors at one or several load steps; `of` says what they are errors of (`Verdict`).
 
     With e an error and u the 95 % half-width of its bar: "within" if |e| + u <= t at every step,
     "outside" if |e| - u > t at any, else "not resolved". An unknown bar resolves nothing, nor does
@@ -232,25 +226,21 @@ def judged(error: ArrayLike, uncertainty: ArrayLike, tolerance: float) -> Judgem
     errors = np.where(finite, np.abs(signed), 0.0)
     bars = np.broadcast_to(np.asarray(uncertainty, dtype=float), errors.shape)
     if not finite.any():
-        return Judgement()
+        return Verdict(tolerance=tolerance, **of)
     bars = np.where(np.isfinite(bars), bars, np.inf)
     least = np.where(finite, errors - bars, -np.inf)
     most = np.where(finite, errors + bars, -np.inf)
     low, high = float(np.max(least)), float(np.max(most)) if finite.all() else np.inf
     word = word_for(low, high, tolerance)
-    step = _first_largest(least if word == OUTSIDE else most, errors)
-    if not np.isfinite(high):
-        high = NAN
-    bar = float(bars[step]) if np.isfinite(bars[step]) else NAN
-    return Judgement(word, step, float(signed[step]), bar, low if np.isfinite(low) else NAN, high)
-
-
-def _first_largest(values: np.ndarray, errors: np.ndarray) -> int:
-    """Return the first step whose value is the largest to round-off; of unknown bars the error."""
-    largest = np.max(values)
-    if np.isposinf(largest):
-        return _first_largest(np.where(np.isposinf(values), errors, -1.0), errors)
-    return int(np.argmax(values >= largest - SAME * abs(largest)))
+    # the first step whose value is the largest to round-off; of unknown bars the error
+    sizes = least if word == OUTSIDE else most
+    if np.isposinf(sizes).any():
+        sizes = np.where(np.isposinf(sizes), errors, -1.0)
+    largest = np.max(sizes)
+    step = int(np.argmax(sizes >= largest - SAME * abs(largest)))
+    numbers = {"error": signed[step], "uncertainty": bars[step], "low": low, "high": high}
+    known = {name: float(n) if np.isfinite(n) else NAN for name, n in numbers.items()}
+    return Verdict(word=word, step=step, tolerance=tolerance, **known, **of)
 
 
 def word_for(low: float, high: float, tolerance: float) -> str:

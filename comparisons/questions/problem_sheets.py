@@ -25,7 +25,7 @@ from pydantic import Field, ValidationError, ValidationInfo, field_validator
 from comparisons.errors import InputError
 from comparisons.facts.quantities import CURVES
 from comparisons.files import read_toml
-from comparisons.judging.verdicts import Judgement, judged, severity
+from comparisons.judging.verdicts import Verdict, judged, severity
 from comparisons.scene.fields import Positive, SceneTable, excerpt, fail
 from comparisons.scene.problems import in_file
 from comparisons.scene.scene import Scene, load_scene
@@ -302,7 +302,7 @@ class Judged:
     """An entry with a verdict on every quantity of its sheet."""
 
     entry: Entry
-    verdicts: dict[str, Judgement]
+    verdicts: dict[str, Verdict]
     # Quantities with a value outside the interval that a theorem gives: certainly wrong.
     beyond: tuple[str, ...]
 

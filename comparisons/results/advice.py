@@ -226,15 +226,15 @@ def advise(record: SceneRecord) -> Advice:
             asked: dict[str, Any] = {
                 "quantity": name,
                 "at": record.equal_at(name),
-                "tolerance": record.tolerance,
                 "steps": record.steps,
             }
             if name in nothing:
-                bars.append(Verdict(**asked, reason=nothing[name], counts=False))
+                asked |= {"reason": nothing[name], "counts": False}
+                bars.append(Verdict(tolerance=record.tolerance, **asked))
                 continue
             known = record.reference.bars.get(name) or Bar(math.nan, -1)
-            decided = vars(judged(0.0, known.bar, record.tolerance)) | {"step": known.step}
-            bars.append(Verdict(**asked, **decided))
+            verdict = judged(0.0, known.bar, record.tolerance, **asked)
+            bars.append(replace(verdict, step=known.step))
         called = record.title_of(truth)
         spent = record.cost(truth, finest_truth)
         settings.append(Setting(truth, finest_truth, spent, tuple(bars), True, True, called))

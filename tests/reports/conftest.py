@@ -110,10 +110,9 @@ def verdicts_of(
         for name, at in quantities.items():
             error = group[f"error_{name}"].to_numpy()
             bar = group[f"reference_uncertainty_{name}"].to_numpy()
-            decided = vars(judged(error, bar, tolerance))
-            setting = {"method": method, "resolution": resolution, "tolerance": tolerance}
+            setting = {"method": method, "resolution": resolution, "quantity": name, "at": at}
             rms = np.sqrt(np.mean(error**2))
-            verdicts.append(Verdict(quantity=name, at=at, rms=rms, **setting, **decided))
+            verdicts.append(judged(error, bar, tolerance, rms=rms, **setting))
     return tuple(verdicts)
 
 
