@@ -244,12 +244,13 @@ def truth_bars(plan: Plan, truth: Truth) -> dict[str, Bar]:
     """Return the truth's widest bar of each quantity: whether it may itself be the answer."""
     widest = {}
     for name in plan.compared:
+        bar: Any = None
         if name in FIELDS:
-            bar = np.array(field_bar(plan, truth, name))
-        else:
-            bar = truth.bar(name, same_surfaces=True) if truth.knows(name) else np.array([])
-        if len(bar):
-            decided = judged(np.zeros(len(bar)), bar, plan.scene.compare.tolerance)
+            bar = field_bar(plan, truth, name)
+        elif truth.knows(name):
+            bar = truth.bar(name, same_surfaces=True)
+        if bar is not None:
+            decided = judged(np.zeros(np.size(bar)), bar, plan.scene.compare.tolerance)
             widest[name] = Bar(decided.uncertainty, decided.step)
     return widest
 

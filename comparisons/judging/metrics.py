@@ -3,12 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator, RegularGridInterpolator
-
-# A ring of this share of the contact radius is left out on either side of a singular edge or tip.
-SINGULAR_RING = 0.1
-# What is compared at the last load: name, error, bar.
-Measure = tuple[str, float, float]
+from scipy.interpolate import PchipInterpolator
 
 
 def sizes_along_path(values: np.ndarray) -> np.ndarray:
@@ -86,38 +81,3 @@ def front(times: np.ndarray, errors: np.ndarray) -> list[int]:
             best = errors[index]
             left.append(int(index))
     return left
-
-
-def pressure_difference(
-    pressure: np.ndarray, weight: np.ndarray, reference: np.ndarray, keep: np.ndarray
-) -> float:
-    """Return the relative L2 difference over the reference's contact, by `weight`, (n,)."""
-    inside = keep & (reference > 0) & np.isfinite(reference)
-    norm = float(np.sum(weight[inside] * reference[inside] ** 2))
-    if norm == 0:
-        return float("nan")
-    difference = weight[inside] * (pressure[inside] - reference[inside]) ** 2
-    return float(np.sqrt(np.sum(difference) / norm))
-
-
-def grid_pressure_at(
-    fields: dict[str, np.ndarray], x: np.ndarray, y: np.ndarray, shape: tuple[int, ...] | None
-) -> np.ndarray:
-    """Return a gridded reference pressure at other points.
-
-    On a grid that is coarser by a whole number as means over its cells; else by interpolation.
-    """
-    nx, ny = (int(n) for n in fields["pressure_shape"])
-    values = fields["pressure"].reshape(nx, ny)
-    if shape is not None and nx % shape[0] == 0 and ny % shape[1] == 0:
-        fx, fy = nx // shape[0], ny // shape[1]
-        same_extent = np.isclose(
-            float(np.ptp(x)) * shape[0] / max(shape[0] - 1, 1),
-            float(np.ptp(fields["pressure_x"])) * nx / max(nx - 1, 1),
-            rtol=1e-6,
-        )
-        if same_extent:
-            return values.reshape(shape[0], fx, shape[1], fy).mean(axis=(1, 3)).ravel()
-    axes = (fields["pressure_x"].reshape(nx, ny)[:, 0], fields["pressure_y"].reshape(nx, ny)[0])
-    look_up = RegularGridInterpolator(axes, values, bounds_error=False, fill_value=0.0)
-    return np.asarray(look_up(np.stack([x, y], axis=-1)))

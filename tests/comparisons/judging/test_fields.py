@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from comparisons.judging.fields import distance, pressure_measures
+from comparisons.judging.fields import distance, field_measures
 from comparisons.judging.truth import choose_truth
 from comparisons.methods.normal.reduced_lines import line_values
 from comparisons.questions.single import solve_scene
@@ -53,7 +53,7 @@ def solution(plan, points, pressure, *, shape=None, force=None):
 
 def measures(plan, solved, method, resolution):
     truth = choose_truth(solved, "penetration", ("force",))
-    result = pressure_measures(plan, solved, method, resolution, truth)
+    result = field_measures(plan, solved, method, resolution, truth)
     return {name: (error, bar) for name, error, bar in result}
 
 
@@ -90,7 +90,7 @@ def test_a_quarter_of_a_mesh_stands_for_the_whole(square):
     truth = choose_truth(
         {k: v for k, v in solved.items() if k[0] == "fem"}, "penetration", ("force",)
     )
-    result = pressure_measures(square, solved, "bem_fft", 6, truth)
+    result = field_measures(square, solved, "bem_fft", 6, truth)
     (error,) = [error for name, error, _ in result if name == "pressure"]
     assert error == pytest.approx(0.01, rel=1e-6)
 
@@ -129,7 +129,7 @@ def test_a_coarse_solution_is_held_against_means_over_its_cells(square):
     grids = {key: value for key, value in solved.items() if key[0] == "bem_fft"}
     truth = choose_truth(grids, "penetration", ("force",))
     for resolution, bar in ((20, 1.25 * 0.04), (10, 0.0), (5, 0.0)):
-        result = pressure_measures(square, solved, "fem", resolution, truth)
+        result = field_measures(square, solved, "fem", resolution, truth)
         ((_, error, own),) = [part for part in result if part[0] == "pressure"]
         assert error == pytest.approx(0.1, rel=1e-9)
         assert own == pytest.approx(bar, abs=1e-12)
@@ -169,7 +169,7 @@ def test_pressures_that_were_not_asked_for_or_not_found_are_not_compared(square)
     # A truth without a pressure still leaves the integral.
     solved = {("bem_fft", 5): silent, ("fem", 4): truth}
     truth = choose_truth({("bem_fft", 5): silent}, "penetration", ("force",))
-    result = pressure_measures(square, solved, "fem", 4, truth)
+    result = field_measures(square, solved, "fem", 4, truth)
     assert [name for name, *_ in result] == ["pressure_integral"]
 
 

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from comparisons.judging.metrics import at_equal, grid_pressure_at, pressure_difference
+from comparisons.judging.fields import grid_pressure_at, pressure_difference
+from comparisons.judging.metrics import at_equal
 from comparisons.judging.verdicts import judged
 
 
