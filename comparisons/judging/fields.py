@@ -258,7 +258,8 @@ def change(name: str, levels: Levels, resolution: int, bins: np.ndarray) -> floa
     pair = [levels.solutions[n] for n in (coarser, resolution)]
     if any(name not in solution.distributions for solution in pair):
         return float("nan")
-    return SAFE * distance(*last_histograms(name, *pair), bins) / (resolution / coarser - 1)
+    before, after = last_histograms(name, *pair)
+    return SAFE * distance(before, after, bins) / (resolution / coarser - 1)
 
 
 def scatter(name: str, levels: Levels, bins: np.ndarray) -> float:

@@ -239,7 +239,9 @@ def judged(error: ArrayLike, uncertainty: ArrayLike, tolerance: float, **of: Any
     largest = np.max(sizes)
     step = int(np.argmax(sizes >= largest - SAME * abs(largest)))
     numbers = {"error": signed[step], "uncertainty": bars[step], "low": low, "high": high}
-    known = {name: float(n) if np.isfinite(n) else NAN for name, n in numbers.items()}
+    known: dict[str, Any] = {
+        name: float(n) if np.isfinite(n) else NAN for name, n in numbers.items()
+    }
     return Verdict(word=word, step=step, tolerance=tolerance, **known, **of)
 
 
