@@ -1,20 +1,37 @@
-"""The record of one scene: comparison, verdicts and summary of its solutions."""
+"""The record of one scene: rows, errors, verdicts and summary of its solutions."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+import time
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
-from comparisons.facts.quantities import FIELDS, quantity
+from comparisons.facts.methods import METHODS
+from comparisons.facts.quantities import CURVES, FIELDS, main_axis, quantity
 from comparisons.formatting import count, number
 from comparisons.geometry.prepare import RoughGeometry
-from comparisons.judging.comparison import compare, truth_bars
-from comparisons.judging.truth import NO_REFERENCE, Reference, Truth
-from comparisons.judging.verdicts import NO_RESULT, Verdict
+from comparisons.judging.fields import distribution_rows, field_bar, field_measures
+from comparisons.judging.levels import Levels
+from comparisons.judging.metrics import rms_and_maximum
+from comparisons.judging.truth import (
+    EXACT,
+    NO_REFERENCE,
+    Bar,
+    Reference,
+    Truth,
+    Verification,
+    choose_truth,
+    verified,
+)
+from comparisons.judging.uncertainty import combined
+from comparisons.judging.verdicts import LAST_LOAD, NAN, NEVER, NO_RESULT, OUTSIDE, Verdict, judged
+from comparisons.methods.normal.proved import enclosures_asked_for
 from comparisons.reasons import UNJUDGED
 from comparisons.results.advice import advise
 from comparisons.results.record import NOBODY, SceneRecord
@@ -22,6 +39,15 @@ from comparisons.results.rows import Rows
 from comparisons.solving.execution import THREADS, this_machine
 from comparisons.solving.plan import Plan
 from comparisons.tasks.solution import Solved
+
+# Realisations that have rows of their own: bands need no more, and lines come in tens of thousands.
+MOST_REALISATIONS = 450
+# On grids that are coarser than the finest, of which nothing draws a band.
+MOST_COARSE = 20
+BARS = "reference_uncertainty"
+FLAGS = ("converged", "no_equilibrium", "undetermined")
+# Of values of single surfaces, and of their errors: their scatter is in the second.
+DIGITS, ERROR_DIGITS = 8, 5
 
 
 def record_scene(
@@ -31,30 +57,45 @@ def record_scene(
     *,
     prove: bool = True,
 ) -> SceneRecord:
-    """Compare a plan's solutions with the best reference; `fields`: files with last arrays."""
-    constants = {"threads": THREADS, "machine": this_machine()}
-    result = compare(plan, solved, constants, prove=prove)
-    scene, truth, verification = plan.scene, result.truth, result.verification
-    quantities = plan.compared
-    reference = NO_REFERENCE
+    """Compare all solutions of a scene with its best reference; `fields`: files with last arrays.
+
+    To `prove` (hold the truth against theorems, where the scene asks) can outlast the solves.
+    """
+    scene, quantities = plan.scene, plan.compared
+    truth = choose_truth(solved, plan.loads.axis, quantities)
+    levels = {method: Levels.of(solved, method) for method, _ in solved}
+    tables = [
+        table
+        for method, resolution in solved
+        for table in _solution_tables(plan, levels[method], resolution, truth)
+    ]
+    nowhere = {"options": "", "resolution": NAN, "step": NAN, **dict.fromkeys(FLAGS, False)}
+    tables += [
+        pd.DataFrame([{"scene": scene.name, "method": m.method, **nowhere, "reason": m.reason}])
+        for m in plan.methods
+        if not m.supported
+    ]
+    table = pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
+    reference, verification = NO_REFERENCE, None
     disagreements: tuple[str, ...] = ()
     if truth is not None:
+        started = time.perf_counter()
+        sides = enclosures_asked_for(scene, plan.geometry, plan.loads) if prove else {}
+        if sides:
+            verification = verified(truth, sides, time.perf_counter() - started)
+            own = (table["method"] == truth.method) & (table["resolution"] == truth.resolution)
+            steps = table.loc[own, "step"].astype(int)
+            for name, values in sides.items():
+                table.loc[own, name] = values[steps]
         titles = {planned.method: planned.title for planned in plan.methods}
         disagreements = truth.disagreements(quantities, scene.compare.tolerance, titles)
         every = truth.disagreements(quantities, titles=titles)
-        small = [text for text in every if text not in disagreements]
-        bars = truth_bars(plan, truth)
-        fields_known = {name: np.array([bar.bar]) for name, bar in bars.items() if name in FIELDS}
-        reference = Reference(
-            method=truth.method,
-            resolution=truth.resolution,
-            text=truth.sentence(quantities, fields_known, titles),
-            sources={name: truth.known_from(name) for name in quantities},
-            bars=bars,
-            footnotes=tuple(small),
-            proved=verification,
-            chance=chance(plan, truth),
-        )
+        small = tuple(text for text in every if text not in disagreements)
+        reference = reference_of(plan, truth, titles, small, verification)
+        disagreements += verification.sentences if verification else ()
+    # The columns of the machine come last, as far as no solution knows its own.
+    for name, value in {"threads": THREADS, "machine": this_machine()}.items():
+        table[name] = table.pop(name).fillna(value) if name in table else value
     record = SceneRecord(
         name=scene.name,
         title=scene.heading,
@@ -65,15 +106,237 @@ def record_scene(
         tolerance=scene.compare.tolerance,
         plan=plan.record,
         reference=reference,
-        verdicts=result.verdicts,
+        verdicts=tuple(
+            verdict
+            for method, resolution in solved
+            for verdict in _verdicts(plan, solved, levels[method], resolution, truth)
+        ),
         answer="",
-        disagreements=(*disagreements, *(verification.sentences if verification else ())),
-        rows=Rows.of(result.rows),
-        distributions=Rows.of(result.distributions),
+        disagreements=disagreements,
+        rows=Rows.of(table),
+        distributions=Rows.of(pd.DataFrame(distribution_rows(plan, solved))),
         fields=dict(fields or {}),
     )
     record = replace(record, verdicts=explained(record))
     return replace(record, answer=advise(record).sentence)
+
+
+def reference_of(
+    plan: Plan,
+    truth: Truth,
+    titles: Mapping[str, str],
+    footnotes: tuple[str, ...],
+    proved: Verification | None,
+) -> Reference:
+    """Return which solution is the truth and how well it is known, as it is recorded."""
+    bars = {}  # the widest of each quantity: whether the truth may itself be the answer
+    for name in plan.compared:
+        bar: Any = None
+        if name in FIELDS:
+            bar = field_bar(plan, truth, name)
+        elif truth.knows(name):
+            bar = truth.bar(name, same_surfaces=True)
+        if bar is not None:
+            decided = judged(np.zeros(np.size(bar)), bar, plan.scene.compare.tolerance)
+            bars[name] = Bar(decided.uncertainty, decided.step)
+    known = {name: np.array([bar.bar]) for name, bar in bars.items() if name in FIELDS}
+    return Reference(
+        method=truth.method,
+        resolution=truth.resolution,
+        text=truth.sentence(plan.compared, known, titles),
+        sources={name: truth.known_from(name) for name in plan.compared},
+        bars=bars,
+        footnotes=footnotes,
+        proved=proved,
+        chance=chance(plan, truth),
+    )
+
+
+def _solution_tables(
+    plan: Plan, levels: Levels, resolution: int, truth: Truth | None
+) -> Iterator[pd.DataFrame]:
+    """Yield the rows of the first surfaces and of lost ones, and of the mean over all."""
+    solution = levels.solutions[resolution]
+    count = len(solution.converged)
+    most = MOST_REALISATIONS if resolution == levels.finest else MOST_COARSE
+    lost = ~solution.converged.all(axis=1)
+    shown = np.flatnonzero((np.arange(count) < most) | lost)[:MOST_REALISATIONS]
+    # what all rows share; times are of one surface or line, unless "all"
+    common: dict[str, Any] = {"machine": solution.machine} if solution.machine else {}
+    common |= {
+        "scene": plan.scene.name,
+        "method": levels.method,
+        "options": plan.scene.methods.of(levels.method).changed(),
+        "resolution": resolution,
+        "surfaces": count,
+        "seconds": solution.seconds / count,
+        "setup_seconds": solution.setup_seconds / count,
+        **levels.cost(resolution),
+        "compile_seconds": solution.compile_seconds,
+        "unknowns": solution.unknowns,
+        "memory": solution.memory,
+    }
+    curves = {name: values[shown] for name, values in solution.quantities.items()}
+    names = [str(k) for k in shown]
+    reasons = np.full(solution.converged[shown].shape, "", dtype=object)
+    places = {int(k): place for place, k in enumerate(shown)}
+    for (k, step), reason in solution.reasons.items():
+        if k in places:
+            reasons[places[k], step] = reason
+    own: dict[str, Any] = {
+        "iterations": solution.iterations[shown].ravel(),
+        "violation": solution.violation[shown].ravel(),
+        **{name: getattr(solution, name)[shown].ravel() for name in FLAGS},
+        "reason": reasons.ravel(),
+    }
+    gone = solution.valueless_steps
+    columns = _columns(plan, curves, names, common, truth, gone)
+    if count > 1:  # bars and the machine are in the rows of the mean
+        columns = {name: v for name, v in columns.items() if not name.startswith(BARS)}
+        digits = dict.fromkeys(curves, DIGITS)
+        digits |= {name: ERROR_DIGITS for name in columns if name.startswith("error_")}
+        columns |= {
+            name: np.array([f"{value:.{most}g}" for value in columns[name]], dtype=float)
+            for name, most in digits.items()
+        }
+        own["machine"] = ""
+    yield pd.DataFrame(common | columns | own)
+    if count > 1:
+        means = {name: values[None, :] for name, values in levels.curves(resolution).items()}
+        own = {name: getattr(solution, name).all(axis=0) for name in FLAGS}
+        own |= {f"stderr_{name}": levels.standard_error(name, resolution) for name in means}
+        yield pd.DataFrame(common | _columns(plan, means, ["mean"], common, truth, gone) | own)
+
+
+def _columns(
+    plan: Plan,
+    curves: dict[str, np.ndarray],
+    realisations: list[str],
+    common: dict[str, Any],
+    truth: Truth | None,
+    apart: np.ndarray,
+) -> dict[str, Any]:
+    """Return values, errors and bars of some realisations, step by step; curves are (m, k)."""
+    steps, count = len(plan.loads.values), len(realisations)
+    columns: dict[str, Any] = {
+        "realisation": np.repeat(np.array(realisations, dtype=object), steps),
+        "step": np.tile(np.arange(steps), count),
+    }
+    columns |= {name: values.astype(float).ravel() for name, values in curves.items()}
+    # What is prescribed stands in the row of a step that failed, and in place of its rounding.
+    for name, values in plan.loads.columns.items():
+        prescribed = np.tile(np.asarray(values, dtype=float), count)
+        solved = columns.get(name, np.full(len(prescribed), np.nan))
+        other = np.abs(solved - prescribed) > EXACT * np.abs(prescribed)
+        columns[name] = np.where(other, solved, prescribed)
+    columns["reference"] = "" if truth is None else truth.label
+    if truth is None:
+        return columns
+    is_truth = (truth.method, truth.resolution) == (common["method"], common["resolution"])
+    widest = np.full(steps, np.nan)
+    for name in CURVES:
+        if not truth.knows(name, curves):
+            continue
+        bar = truth.bar(name)
+        error = truth.errors(curves, name, main_axis(truth.axis, name), apart)
+        columns[f"error_{name}"] = np.full(error.size, np.nan) if is_truth else error.ravel()
+        columns[f"{BARS}_{name}"] = np.tile(bar, count)
+        if name in plan.compared:
+            widest = np.fmax(widest, np.where(np.isfinite(bar), bar, np.nan))
+    return columns | {BARS: np.tile(widest, count)}
+
+
+def _verdicts(
+    plan: Plan, solved: Solved, levels: Levels, resolution: int, truth: Truth | None
+) -> Iterator[Verdict]:
+    """Yield the verdict on each quantity of a solution, at each equal load."""
+    method, solution = levels.method, levels.solutions[resolution]
+    if truth is None or (method, resolution) == (truth.method, truth.resolution):
+        return
+    curves = levels.curves(resolution)
+
+    def verdict(name: str, at: str, error: np.ndarray, bar: np.ndarray, **more: Any) -> Verdict:
+        lost = ~np.isfinite(error)
+        some_lost = 0 < lost.sum() < lost.size
+        found = judged(
+            error,
+            bar,
+            plan.scene.compare.tolerance,
+            method=method,
+            resolution=float(resolution),
+            quantity=name,
+            at=at,
+            ratio=not plan.loads.is_path,
+            rms=rms_and_maximum(error)[0],
+            steps=len(plan.loads.values),
+            reason=truth.why_missing(curves, name, at, lost) if some_lost else "",
+            **more,
+        )
+        # to cling on where no equilibrium exists: no error tells how wrong
+        gone = truth.solution.no_equilibrium.all(axis=0) & (at == truth.axis)
+        if some_lost and truth.exact and (gone & lost & ~np.isnan(curves[name])).any():
+            return replace(found, word=OUTSIDE, low=NAN, high=NAN)
+        return found
+
+    if set(plan.compared) & set(FIELDS):
+        for name, error, bar in field_measures(plan, solved, method, resolution, truth):
+            signed = not quantity(name).norm
+            yield verdict(name, LAST_LOAD, np.array([error]), np.array([bar]), signed=signed)
+    for name in plan.compared:
+        if not truth.knows(name, curves):
+            continue
+        beyond = steps_outside(levels, resolution, truth, name)
+        axis = plan.loads.axis
+        axes = (axis, quantity(axis).counterpart) if plan.loads.compares_itself else (axis,)
+        for at in axes:
+            # a quantity is never compared at itself, nor where it is prescribed
+            if at == name or (name in plan.loads.columns and not plan.loads.compares_itself):
+                continue
+            errors = truth.errors(curves, name, at, solution.valueless_steps)
+            bars = combined(*truth.error_sources(levels, resolution, name, at).values())
+            single = single_errors(truth.errors(solution.quantities, name, at))
+            band = {}
+            if beyond is not None and at == main_axis(truth.axis, name):
+                band = {"outside_band": " ".join(str(k + 1) for k in beyond) or NEVER}
+            yield verdict(name, at, errors, bars, **single, **band)
+
+
+# Single lines scatter beside their mean, and a time of one line belongs to their errors. The one
+# surface of a measured map is a sample like the lines with its spectrum: where its value lies among
+# theirs, the error of their mean may be no more than scatter. 90 % of the lines lie in this band.
+BAND = (0.05, 0.95)
+FEWEST_LINES = 20  # fewer have no such quantiles
+
+
+def single_errors(errors: np.ndarray) -> dict[str, float]:
+    """Return the band of single realisations' errors (m, k), at the step where it is widest."""
+    known = np.isfinite(errors).sum(axis=0) >= FEWEST_LINES
+    if not known.any():
+        return {}
+    low, high = np.full((2, errors.shape[1]), np.nan)
+    low[known], high[known] = np.nanquantile(errors[:, known], BAND, axis=0)
+    step = int(np.nanargmax(np.fmax(np.abs(low), np.abs(high))))
+    ends = float(low[step]), float(high[step])
+    return {"single_low": ends[0], "single_high": ends[1], "single_step": step}
+
+
+def steps_outside(judged: Levels, resolution: int, truth: Truth, name: str) -> list[int] | None:
+    """Return the load steps, from 0, at which the surface is outside the band of the lines.
+
+    By more than the bar of its value. None where there is no such band.
+    """
+    solution = judged.solutions[resolution]
+    values = solution.quantities.get(name)
+    one_surface = truth.levels.rough and len(truth.solution.converged) == 1
+    if METHODS[judged.method].dimension != 1 or not one_surface or values is None:
+        return None
+    if len(values) < FEWEST_LINES or name not in truth.curves or not np.isfinite(values).all():
+        return None
+    low, high = np.quantile(values, BAND, axis=0)
+    value = truth.curves[name]
+    bar = np.abs(value) * np.nan_to_num(truth.bar(name), nan=np.inf)
+    beyond = (value - bar > high) | (value + bar < low)
+    return [int(step) for step in np.flatnonzero(beyond)]
 
 
 NOT_COMPUTED = "not computed by the method"

@@ -1,21 +1,23 @@
 """From solutions to errors: planted deviations must come out with their size and their sign."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from comparisons.facts.methods import CLOSED_FORM, METHODS
-from comparisons.judging.comparison import compare, main_axis
+from comparisons.facts.quantities import main_axis
 from comparisons.judging.levels import Levels
 from comparisons.judging.truth import choose_truth, truths
 from comparisons.judging.uncertainty import combined, share_uncertainty
+from comparisons.results.scene_record import record_scene
+from comparisons.solving.execution import this_machine
 from comparisons.solving.planning import plan_scene
 from comparisons.tasks.solution import Solution
 from reference.halfspace.punches import EDGE_OFFSET
 
 DEPTHS = np.array([1e-6, 2e-6, 4e-6, 8e-6])
-CONSTANTS = {"threads": 1, "machine": "box"}
 COMPARABLE = ("force", "penetration", "contact_area")
 
 
@@ -56,6 +58,14 @@ def plan(scene):
     return plan_scene(scene(loading={"penetration": list(DEPTHS)}))[0]
 
 
+def compare(plan, solved):
+    """Return rows, verdicts on what was solved, and the truth that they were judged by."""
+    record = record_scene(plan, solved)
+    verdicts = [v for v in record.verdicts if (v.method, v.resolution) in solved]
+    truth = choose_truth(solved, plan.loads.axis, plan.compared)
+    return SimpleNamespace(rows=record.rows.frame(), verdicts=verdicts, truth=truth)
+
+
 def rows_of(result, method, resolution=None):
     rows = result.rows[result.rows["method"] == method]
     return rows if resolution is None else rows[rows["resolution"] == resolution]
@@ -70,7 +80,7 @@ def measure_of(result, method, quantity, at):
 def test_too_large_a_force_is_a_positive_error_at_equal_penetration(plan):
     exact = solution(hertz())
     stiff = solution(scaled(hertz(), force=1.02, contact_area=0.97))
-    result = compare(plan, {("closed_form", 1): exact, ("fem", 4): stiff}, CONSTANTS)
+    result = compare(plan, {("closed_form", 1): exact, ("fem", 4): stiff})
     rows = rows_of(result, "fem")
     np.testing.assert_allclose(rows["error_force"], 0.02, rtol=1e-9)
     np.testing.assert_allclose(rows["error_contact_area"], -0.03, rtol=1e-9)
@@ -86,7 +96,7 @@ def test_too_large_a_force_is_too_small_a_penetration_at_equal_force(plan):
     """
     stiff = solution(scaled(hertz(), force=1.02))
     solved = {("closed_form", 1): solution(hertz()), ("fem", 4): stiff}
-    result = compare(plan, solved, CONSTANTS)
+    result = compare(plan, solved)
     error = rows_of(result, "fem")["error_penetration"].to_numpy()
     np.testing.assert_allclose(error, 1.02 ** (-2 / 3) - 1, rtol=1e-9)
     # A, equal to pi R d: at equal force it is too small by the same factor.
@@ -99,7 +109,7 @@ def test_measures_are_rms_and_maximum_over_the_steps(plan):
     deviation = 1 + np.array([0.01, -0.02, 0.01, 0.0])
     wrong = hertz() | {"force": hertz()["force"] * deviation}
     solved = {("closed_form", 1): solution(hertz()), ("reduced", 10): solution(wrong)}
-    measure = measure_of(compare(plan, solved, CONSTANTS), "reduced", "force", "penetration")
+    measure = measure_of(compare(plan, solved), "reduced", "force", "penetration")
     assert measure["rms"] == pytest.approx(np.sqrt((1e-4 + 4e-4 + 1e-4) / 4), rel=1e-9)
     assert measure["maximum"] == pytest.approx(0.02, rel=1e-9)
     assert measure["error"] == pytest.approx(-0.02, rel=1e-9)  # the sign of the step that decides
@@ -108,7 +118,7 @@ def test_measures_are_rms_and_maximum_over_the_steps(plan):
 
 def test_the_reference_itself_has_no_error(plan):
     solved = {("closed_form", 1): solution(hertz()), ("fem", 4): solution(hertz())}
-    result = compare(plan, solved, CONSTANTS)
+    result = compare(plan, solved)
     assert rows_of(result, "closed_form")["error_force"].isna().all()
     assert "closed_form" not in {verdict.method for verdict in result.verdicts}
 
@@ -133,7 +143,7 @@ def test_failed_steps_stand_in_their_row_and_nowhere_else(plan):
     for values in broken.values():
         values[1] = np.nan
     solved = {("closed_form", 1): solution(hertz()), ("fem", 4): solution(broken)}
-    result = compare(plan, solved, CONSTANTS)
+    result = compare(plan, solved)
     rows = rows_of(result, "fem")
     assert rows["converged"].tolist() == [True, False, True, True]
     assert rows["reason"].tolist() == ["", "planted", "", ""]
@@ -156,9 +166,7 @@ def test_errors_are_missing_for_reasons_that_are_counted_apart(plan):
     told, beyond = (
         {
             (item.quantity, item.at): item.reason
-            for item in compare(
-                plan, {key: solution(curve) for key, curve in solved.items()}, CONSTANTS
-            ).verdicts
+            for item in compare(plan, {key: solution(c) for key, c in solved.items()}).verdicts
         }
         for solved in (curves, stiff)
     )
@@ -172,19 +180,19 @@ def test_errors_are_missing_for_reasons_that_are_counted_apart(plan):
 def test_a_method_that_is_refused_has_a_row_with_the_reason(scene):
     square = scene(indenter={"shape": "square_punch", "side": 1e-3})
     (plan,) = plan_scene(square)
-    result = compare(plan, {}, CONSTANTS)
+    result = compare(plan, {})
     (row,) = rows_of(result, "closed_form").to_dict("records")
     assert "no closed form is known" in row["reason"]
     assert not row["converged"]
     assert result.truth is None
-    assert set(result.rows["machine"]) == {"box"}
+    assert set(result.rows["machine"]) == {this_machine()}
 
 
 def test_a_method_that_lacks_a_quantity_is_compared_in_the_others(plan):
     """A new method may know only areas: no force, so nothing at equal force."""
     areas = {"contact_area": 1.1 * hertz()["contact_area"]}
     solved = {("closed_form", 1): solution(hertz()), ("bem_fft", 8): solution(areas)}
-    result = compare(plan, solved, CONSTANTS)
+    result = compare(plan, solved)
     assert measure_of(result, "bem_fft", "contact_area", "penetration")["rms"] == pytest.approx(0.1)
     assert measure_of(result, "bem_fft", "contact_area", "force")["verdict"] == "no result"
 
@@ -198,7 +206,7 @@ def test_ensembles_have_rows_of_means_with_standard_errors(rough):
     model = scaled(quantities, contact_area=1.5)
     model["contact_area"] = np.roll(model["contact_area"], 1, axis=0)  # other surfaces
     solved = {("bem_fft", 16): solution(quantities), ("reduced", 64): solution(model)}
-    result = compare(plan, solved, CONSTANTS)
+    result = compare(plan, solved)
     for method in ("bem_fft", "reduced"):
         rows = rows_of(result, method)
         assert rows["realisation"].tolist() == ["0", "0", "1", "1", "2", "2", "mean", "mean"]
@@ -217,7 +225,7 @@ def test_ensembles_have_rows_of_means_with_standard_errors(rough):
 def test_the_mean_is_over_the_realisations_that_converged(rough):
     (plan,) = plan_scene(rough(realisations=2, loading={"force": [1e-6]}))
     quantities = {"force": [[1e-6], [1e-6]], "contact_area": [[1e-14], [np.nan]]}
-    result = compare(plan, {("bem_fft", 16): solution(quantities)}, CONSTANTS)
+    result = compare(plan, {("bem_fft", 16): solution(quantities)})
     mean = rows_of(result, "bem_fft").iloc[-1]
     assert mean["realisation"] == "mean"
     assert mean["contact_area"] == 1e-14
@@ -230,7 +238,7 @@ def test_bars_of_an_ensemble_hold_students_t_of_the_reference_and_of_the_model(r
     one = {"force": [[1e-6]] * 3, "contact_area": [[9.0], [10.0], [11.0]]}
     fine = solution(one, violation=0.0)
     solved = {("bem_fft", 16): fine, ("bem_fft", 32): fine, ("reduced", 64): solution(one)}
-    result = compare(plan, solved, CONSTANTS)
+    result = compare(plan, solved)
     share = 4.30265 / np.sqrt(3) / 10
     assert result.truth.bar("contact_area")[0] == pytest.approx(share, rel=1e-5)
     measure = measure_of(result, "reduced", "contact_area", "force")
@@ -249,7 +257,7 @@ def test_three_dimensional_ensembles_are_compared_on_the_surfaces_that_both_solv
         ("fem", 16): solution({"force": force, "contact_area": lost}),
         ("reduced", 16): solution({"force": force, "contact_area": area}),
     }
-    result = compare(plan, solved, CONSTANTS)
+    result = compare(plan, solved)
     assert measure_of(result, "fem", "contact_area", "force")["rms"] == pytest.approx(0.1)
     mean = rows_of(result, "bem_fft", 32).iloc[-1]
     assert mean["contact_area"] == pytest.approx(3.0)
@@ -261,7 +269,7 @@ def test_a_step_lost_on_every_surface_takes_no_other_method_along(rough):
     good = {"force": np.full((2, 1), 1e-6), "contact_area": np.array([[1.0], [2.0]])}
     broken = {name: np.full((2, 1), np.nan) for name in good}
     solved = {("bem_fft", 16): solution(good), ("fem", 16): solution(broken)}
-    mean = rows_of(compare(plan, solved, CONSTANTS), "bem_fft").iloc[-1]
+    mean = rows_of(compare(plan, solved), "bem_fft").iloc[-1]
     assert mean["contact_area"] == pytest.approx(1.5)
 
 
@@ -349,7 +357,7 @@ def test_nothing_is_outside_of_a_truth_that_may_be_zero():
 def test_bars_travel_through_the_slope_to_the_other_axis(plan):
     """F = c d^(3/2): a force known to u is a penetration at equal force known to (2/3) u."""
     solved = levels("bem_fft", *converging()) | {("reduced", 10): solution(hertz())}
-    result = compare(plan, solved, CONSTANTS)
+    result = compare(plan, solved)
     bar = result.truth.bar("force")[0]
     rows = rows_of(result, "reduced")
     np.testing.assert_allclose(rows["reference_uncertainty_force"], bar, rtol=1e-9)
@@ -447,7 +455,7 @@ def test_a_pressure_has_a_distance_and_an_integral(scene):
         ("closed_form", 1): solution(curves),
         ("fem", 4): solution(curves, fields=ring_fields(r, p, weight)),
     }
-    result = compare(plan, solved, CONSTANTS)
+    result = compare(plan, solved)
     value = measure_of(result, "fem", "pressure", "last load")["rms"]
     assert value == pytest.approx(0.03, rel=1e-6)
     # The midpoint sum over 400 rings is off by some 1e-5.

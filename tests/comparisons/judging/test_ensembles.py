@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from comparisons.judging import refinement
-from comparisons.judging.comparison import FEWEST, compare
 from comparisons.judging.levels import Levels, ensemble_text
 from comparisons.judging.refinement import LINES_SHARE, SCATTER, enlarged, expected
 from comparisons.judging.truth import choose_truth
 from comparisons.judging.verdicts import Verdict
+from comparisons.results.scene_record import FEWEST_LINES, record_scene
 from comparisons.scene.scene import load_scene
 from comparisons.solving.plan import surface_cost, task_of
 from comparisons.solving.planning import plan_scene
@@ -213,7 +213,7 @@ def outside(plan, lines, surface, grids=(1.0, 1.0)):
     task = task_of(plan, "reduced", 16, tuple(range(len(lines))))
     curves = np.asarray(lines)[:, None] * np.ones(steps)
     solved["reduced", 16] = Solution.of(task, {AREA: curves})
-    verdicts = compare(plan, solved, {}).verdicts
+    verdicts = record_scene(plan, solved).verdicts
     (own,) = [v for v in verdicts if (v.method, v.at) == ("reduced", "force")]
     return own.outside_band
 
@@ -233,7 +233,7 @@ def test_the_bar_of_the_surface_counts_for_it(plan):
 
 
 def test_few_lines_have_no_band(plan):
-    assert outside(plan, np.arange(1.0, FEWEST), np.ones(5)) == ""
+    assert outside(plan, np.arange(1.0, FEWEST_LINES), np.ones(5)) == ""
 
 
 def test_only_grids_of_cells_err_at_the_contact_line(plan):

@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from comparisons.judging.comparison import compare
 from comparisons.judging.metrics import relative_error
 from comparisons.judging.uncertainty import grid_uncertainty
 from comparisons.methods import NoAnswerError, Row, Solver, Step, needed
@@ -88,11 +87,11 @@ def test_a_solver_takes_exactly_the_scenes_of_its_physics(scene):
 @pytest.mark.usefixtures("sheared")
 def test_errors_along_a_path_are_relative_to_its_largest_value(scene):
     (plan,) = plan_scene(scene(loading=LOOP, **FRICTION))
-    result = compare(plan, solved_in_memory(plan, "quick")[1], {})
-    rows = result.rows[(result.rows["method"] == "reduced") & (result.rows["resolution"] == 10)]
-    load = rows["tangential_force"].to_numpy()
+    result = record_scene(plan, solved_in_memory(plan, "quick")[1])
+    rows = result.setting_rows("reduced", 10)
+    load = rows["tangential_force"]
     expected = 0.001 * load / 4.0
-    assert rows["error_tangential_displacement"].to_numpy() == pytest.approx(expected, abs=1e-12)
+    assert rows["error_tangential_displacement"] == pytest.approx(expected, abs=1e-12)
     assert np.ptp(rows["tangential_force"]) == 8.0
     (verdict,) = [verdict for verdict in result.verdicts if verdict.resolution == 10]
     assert verdict.at == "step"
@@ -120,8 +119,8 @@ def test_the_bar_of_a_path_covers_its_error_where_the_values_pass_zero(scene):
 def test_a_step_that_fails_ends_its_path_and_keeps_its_load(scene):
     loading = {"force": "10 N", "tangential_force": ["4 N", "2 N", "8 N"]}
     (plan,) = plan_scene(scene(loading=loading, **FRICTION))
-    rows = compare(plan, solved_in_memory(plan, "quick")[1], {}).rows
-    rows = rows[(rows["method"] == "reduced") & (rows["resolution"] == 40)]
+    record = record_scene(plan, solved_in_memory(plan, "quick")[1])
+    rows = record.setting_rows("reduced", 40)
     assert list(rows["converged"]) == [True, True, False]
     assert list(rows["tangential_force"]) == [4.0, 2.0, 8.0]
     assert list(rows["reason"]) == ["", "", "it slides away"]

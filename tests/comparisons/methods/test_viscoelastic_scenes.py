@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from comparisons.judging.comparison import compare
 from comparisons.questions.study import solved_in_memory
+from comparisons.results.scene_record import record_scene
 from comparisons.scene.scene import load_scene, make_scene
 from comparisons.solving.planning import plan_scene
 
@@ -60,7 +60,7 @@ def test_any_depth_is_right_once_the_body_is_let_go(depth, word):
             solution.undetermined[0, 2] = False
             solution.put((0, 2), {"penetration": depth})
             solution.converged[0, 2] = np.isfinite(depth)
-    verdicts = compare(plan, solved, {}).verdicts
+    verdicts = record_scene(plan, solved).verdicts
     words = {v.resolution: v.word for v in verdicts if v.quantity == "penetration"}
     assert words[max(words)] == word
 
