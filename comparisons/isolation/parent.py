@@ -136,32 +136,24 @@ def run(
             problems.append(f"{name}: expected a positive limit, got {limit!r}")
     if problems:
         raise ValueError("; ".join(problems))
-    process = _waiting.pop(reuse, None)
-    if process is None or not process.is_ours():
+    while True:
+        process = _waiting.pop(reuse, None)
+        if process is None or not process.is_ours():
+            try:
+                process = _Process(stays=bool(reuse), python=python)
+            except _NoInterpreterError as error:
+                return Outcome(KILLED, reason=str(error))
+        outcome = None
         try:
-            process = _Process(stays=bool(reuse), python=python)
-        except _NoInterpreterError as error:
-            return Outcome(KILLED, reason=str(error))
-    outcome = None
-    try:
-        outcome = process.call((work, arguments, memory), seconds, finite)
-    finally:
-        if reuse and outcome is not None and outcome.ok:
-            _waiting[reuse] = process
-        else:
-            process.end()
-    if outcome.ended == OUT_OF_MEMORY and process.calls > 1:
-        # The cause may be leftovers of earlier calls.
-        return run(
-            work,
-            *arguments,
-            seconds=seconds,
-            memory=memory,
-            finite=finite,
-            reuse=reuse,
-            python=python,
-        )
-    return outcome
+            outcome = process.call((work, arguments, memory), seconds, finite)
+        finally:
+            if reuse and outcome is not None and outcome.ok:
+                _waiting[reuse] = process
+            else:
+                process.end()
+        # what is out of memory after several calls may be so by leftovers of the earlier ones
+        if outcome.ended != OUT_OF_MEMORY or process.calls == 1:
+            return outcome
 
 
 class _NoInterpreterError(Exception):

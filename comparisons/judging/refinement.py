@@ -142,7 +142,15 @@ def enlarged(plan: Plan, solved: Solved, effort: Effort) -> Plan:
         else:
             aim, budget = _AIM * wanted, SURFACES_BUDGET[effort]
             cost = np.array([surface_cost(GRID, n) for n in planned.resolutions])
-        needs = _variances(levels, {name: aim * size for name, size in sizes.items()})
+        # the variances a_l of each mean over that allowed, (m, j); of means that allow any
+        columns = [np.zeros((len(levels.solutions), 0))]
+        for name, size in sizes.items():
+            grids = [s.quantities[name] for s in levels.solutions.values() if name in s.quantities]
+            if len(grids) == len(levels.solutions):
+                with np.errstate(invalid="ignore", divide="ignore"):
+                    columns.append(variances(grids) * (_NORMAL / (aim * size)) ** 2)
+        needs = np.hstack(columns)
+        needs = needs[:, np.isfinite(needs).all(axis=0)]
         if not needs.shape[1] and not lines:
             notes.append("numbers of surfaces: the first ones have no answer to choose them from")
             continue
@@ -167,16 +175,3 @@ def enlarged(plan: Plan, solved: Solved, effort: Effort) -> Plan:
             )
         methods[method] = replace(planned, numbers=tuple(int(n) for n in chosen))
     return replace(plan, methods=tuple(methods.values()), notes=tuple(notes))
-
-
-def _variances(levels: Levels, widths: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Return the variances a_l of means over those allowed, (m, j); of means that allow any."""
-    columns = []
-    for name, width in widths.items():
-        grids = [solution.quantities.get(name) for solution in levels.solutions.values()]
-        if any(values is None for values in grids):
-            continue
-        with np.errstate(invalid="ignore", divide="ignore"):
-            columns.append(variances(grids) * (_NORMAL / width) ** 2)  # type: ignore[arg-type]
-    both = np.hstack(columns) if columns else np.zeros((len(levels.solutions), 0))
-    return both[:, np.isfinite(both).all(axis=0)]

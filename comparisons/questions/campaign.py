@@ -21,7 +21,7 @@ from comparisons.errors import LostWorkError
 from comparisons.machine import machine, versions
 from comparisons.results.folder import Header, Layout, held, open_folder
 from comparisons.solving.execution import THREADS
-from comparisons.solving.inquiries import Answers, Inquiries, Inquiry
+from comparisons.solving.inquiries import Inquiries, Inquiry
 from comparisons.solving.jobs import Done, Executor, Remaining, executor_for
 from comparisons.solving.plan import Effort
 
@@ -118,10 +118,11 @@ class Campaign(ABC, Generic[A, R]):
                     self.save(self.record(0.0, interrupted=True))
             stopped: KeyboardInterrupt | LostWorkError | None = None
             try:
-                answers = None
-                if self.layout is not None and self.layout.answers:
-                    answers = Answers(self.directory / self.layout.answers, resume=self.resume)
-                self._inquiries = Inquiries(executor, answers, self.received)
+                kept = self.layout is not None and self.layout.answers
+                folder = self.directory / kept if kept else None
+                self._inquiries = Inquiries(
+                    executor, folder, resume=self.resume, received=self.received
+                )
                 for done in self._inquiries.ask(self.inquiries()):
                     if self.watch is not None:
                         self.watch(self, done)

@@ -12,7 +12,6 @@ import logging
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
 from functools import lru_cache
 from importlib import metadata
 from typing import TYPE_CHECKING, Any
@@ -34,13 +33,6 @@ CONNECT, LOOK = 10.0, 5.0
 # Jobs handed over at a time: enough to keep every worker busy, without all of a million at once.
 LEAST_AHEAD, AHEAD_OF_A_WORKER = 200, 4
 MOST_PROBLEMS = 12
-
-
-@dataclass(frozen=True)
-class _Refused:
-    """A worker's answer where its versions differ."""
-
-    differences: tuple[str, ...]
 
 
 class ClusterExecutor(Executor):
@@ -121,9 +113,6 @@ class ClusterExecutor(Executor):
                     continue
                 finally:
                     future.release()
-                if isinstance(answer, _Refused):
-                    text = "\n  ".join(answer.differences)
-                    raise LostWorkError(f"a worker joined whose versions differ:\n  {text}\n")
                 yield Done(job, *answer)
         finally:
             with contextlib.suppress(Exception):  # nothing to be told about a lost scheduler
@@ -214,7 +203,7 @@ def differences(expected: dict[str, str], actual: dict[str, str]) -> list[str]:
     ]
 
 
-def _opener() -> Callable[[bytes], tuple[Any, float] | _Refused]:
+def _opener() -> Callable[[bytes], tuple[Any, float]]:
     """Return a function that travels by value: the scheduler must not import roughline for it."""
 
     def open_and_do(sealed: bytes) -> Any:
@@ -229,7 +218,9 @@ def _opener() -> Callable[[bytes], tuple[Any, float] | _Refused]:
 
 def on_worker(
     expected: dict[str, str], methods: str, work: Callable[..., Any], arguments: Iterable[Any]
-) -> tuple[Any, float] | _Refused:
+) -> tuple[Any, float]:
     """Do a job on a worker, if it is the same as the machine that asks (it may have come late)."""
-    differing = differences(expected, identity(methods))
-    return _Refused(tuple(differing)) if differing else timed(work, tuple(arguments))
+    if differing := differences(expected, identity(methods)):
+        text = "\n  ".join(differing)
+        raise LostWorkError(f"a worker joined whose versions differ:\n  {text}\n")
+    return timed(work, tuple(arguments))

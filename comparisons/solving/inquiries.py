@@ -3,7 +3,7 @@
 An inquiry is a generator. It yields the jobs it needs next, receives their answers by key, may
 request more (to refine a reference or bisect a boundary), and returns its own answer. `Inquiries`
 runs many of them concurrently; a job requested several times is done once, and its answer is kept
-(`Answers`) in a folder or in memory.
+in a folder or in memory.
 """
 
 from __future__ import annotations
@@ -48,22 +48,26 @@ class _Wait(Generic[A]):
 class Inquiries(Generic[A]):
     """Inquiries under way.
 
-    Jobs are carried out by the executor (default: one after the other, here); `answers` has what is
-    done already, and keeps the rest; `received` gets every answer, kept or new, before the
-    inquiries.
+    Jobs are carried out by the executor (default: one after the other, here). Answers are kept by
+    the keys of their jobs in a `folder`, where `resume` finds those of earlier runs, or in memory;
+    `received` gets every answer, kept or new, before the inquiries.
     """
 
     def __init__(
         self,
         executor: Executor | None = None,
-        answers: Answers | None = None,
+        folder: Path | None = None,
+        *,
+        resume: bool = False,
         received: Callable[[Done], None] | None = None,
     ) -> None:
         self.answers: dict[str, A] = {}  # of the inquiries that have ended
         # Why the others came to no answer: the process of a job was ended again and again.
         self.lost: dict[str, str] = {}
-        self._executor, self._answers = executor or SerialExecutor(), answers or Answers()
-        self._received = received
+        self._executor, self._received = executor or SerialExecutor(), received
+        self._folder, self._resume = folder, resume
+        # What this run has done; in a folder the answers themselves need not stay in memory.
+        self._own: dict[str, Done | None] = {}
         self._forecast = Forecast()
         self._open: dict[str, Job] = {}
         self._done: set[str] = set()
@@ -89,7 +93,7 @@ class Inquiries(Generic[A]):
             self._executor.end()
             raise
         for outcome in self._executor.finished():
-            done = self._answers.put(outcome)
+            done = self._keep(outcome)
             key = done.job.key
             compilation = float(getattr(done.value, "compile_seconds", 0.0))
             solving = float(getattr(done.value, "seconds", math.inf))
@@ -112,7 +116,7 @@ class Inquiries(Generic[A]):
                 jobs = next(inquiry) if answers is None else inquiry.send(answers)
                 wait = _Wait(name, inquiry, {})
                 for job in jobs:  # the answers that are kept
-                    done = None if job.key in self._open else self._answers.get(job)
+                    done = None if job.key in self._open else self._kept(job)
                     if done is not None:
                         wait.answers[job.key] = done
                         if job.key not in self._done:
@@ -136,6 +140,30 @@ class Inquiries(Generic[A]):
         self._done.add(done.job.key)
         if self._received is not None:
             self._received(done)
+
+    def _keep(self, done: Done) -> Done:
+        """Keep an answer, but what was lost, and return what of it stays in memory."""
+        job, archive = done.job, done.job.archive
+        if self._folder is None or archive is None or done.lost:
+            self._own[job.key] = done
+            return done
+        archive.save(self._folder / f"{job.key}{archive.suffix}", done.value)
+        self._own[job.key] = None
+        return replace(done, value=archive.without_bulk(done.value))
+
+    def _kept(self, job: Job) -> Done | None:
+        """Return the answer of a job, None where it is not known."""
+        answer, archive = self._own.get(job.key), job.archive
+        if answer is not None or self._folder is None or archive is None:
+            return answer
+        path = self._folder / f"{job.key}{archive.suffix}"
+        if not path.exists() or not (self._resume or job.key in self._own):
+            return None
+        try:
+            value = archive.load(path)
+        except ResultsError:
+            return None
+        return Done(job, value) if job.key in self._own or archive.is_final(value) else None
 
 
 def answer_of(inquiry: Inquiry[A]) -> A:
@@ -193,45 +221,6 @@ ALWAYS = {"force", "penetration", "contact_area"}
 SOLUTION = Archive(
     ".npz", save_solution, load_solution, lambda solution: bool(solution.converged.any())
 )
-
-
-class Answers:
-    """Answers of jobs by their keys, in a folder or memory; `resume`: of earlier runs, too."""
-
-    def __init__(self, folder: Path | None = None, *, resume: bool = False) -> None:
-        self._folder, self._resume = folder, resume
-        # What this run has done; in a folder the answers themselves need not stay in memory.
-        self._own: dict[str, Done | None] = {}
-
-    def path(self, job: Job) -> Path | None:
-        """Return the file of an answer, None where it is kept in memory."""
-        if self._folder is None or job.archive is None:
-            return None
-        return self._folder / f"{job.key}{job.archive.suffix}"
-
-    def put(self, done: Done) -> Done:
-        """Keep an answer, but what was lost, and return what of it stays in memory."""
-        path, archive = self.path(done.job), done.job.archive
-        if path is not None and archive is not None and not done.lost:
-            archive.save(path, done.value)
-            self._own[done.job.key] = None
-            return replace(done, value=archive.without_bulk(done.value))
-        self._own[done.job.key] = done
-        return done
-
-    def get(self, job: Job) -> Done | None:
-        """Return the answer of a job, None where it is not known."""
-        answer = self._own.get(job.key)
-        path = self.path(job)
-        if answer is not None or path is None or job.archive is None:
-            return answer
-        if not path.exists() or not (self._resume or job.key in self._own):
-            return None
-        try:
-            value = job.archive.load(path)
-        except ResultsError:
-            return None
-        return Done(job, value) if job.key in self._own or job.archive.is_final(value) else None
 
 
 def solve_job(task: Task, work: Callable[[Task], Any]) -> Job:

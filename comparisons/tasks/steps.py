@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from itertools import islice
 
@@ -61,36 +61,28 @@ def solve_rows(task: Task, rows: Iterable[Row]) -> Solution:
     What happens before a row is yielded is its set-up. A sweep ends at the first load that has no
     answer; a new one starts at the next load. Of a path it is the end: its rest cannot begin anew.
     """
-    solution = Solution.empty(task)
+    solution, loads = Solution.empty(task), task.loads.values
     iterator = iter(rows)
     for number, _ in enumerate(task.realisations):
         with solution.setup():
             row = next(iterator)
         solution.unknowns = max(solution.unknowns, row.unknowns)
         solution.truncation = max(solution.truncation, row.truncation)
-        for step, outcome in enumerate(_outcomes(row, task)):
-            if isinstance(outcome, Step):
-                record(solution, (number, step), outcome, task)
-            else:
-                solution.fail((number, step), outcome[0], no_equilibrium=outcome[1])
+        done = 0
+        while done < len(loads):
+            try:
+                for step in islice(row.sweep(loads[done:]), len(loads) - done):
+                    record(solution, (number, done), step, task)
+                    done += 1
+                if done < len(loads):
+                    raise NoAnswerError("the solver ended before this load")
+            except NO_ANSWER as error:
+                end = len(loads) if task.loads.is_path else done + 1
+                none_exists = isinstance(error, NoEquilibriumError)
+                for lost in range(done, end):
+                    solution.fail((number, lost), error.reason, no_equilibrium=none_exists)
+                done = end
     return solution
-
-
-def _outcomes(row: Row, task: Task) -> Iterator[Step | tuple[str, bool]]:
-    """Yield one outcome for each load: a step, or why there is none, and whether none can be."""
-    loads = task.loads.values
-    done = 0
-    while done < len(loads):
-        try:
-            for step in islice(row.sweep(loads[done:]), len(loads) - done):
-                done += 1
-                yield step
-            raise NoAnswerError("the solver ended before this load")
-        except NO_ANSWER as error:
-            reason = error.reason, isinstance(error, NoEquilibriumError)
-        lost = len(loads) - done if task.loads.is_path else min(1, len(loads) - done)
-        done += lost
-        yield from [reason] * lost
 
 
 def record(solution: Solution, index: tuple[int, int], step: Step, task: Task) -> None:

@@ -3,7 +3,7 @@
 import pytest
 
 from comparisons.errors import LostWorkError, ResultsError
-from comparisons.solving.inquiries import Answers, Inquiries, answer_of, curves, together
+from comparisons.solving.inquiries import Inquiries, answer_of, curves, together
 from comparisons.solving.jobs import Archive, Done, Job, Kind, SerialExecutor
 from comparisons.solving.planning import plan_scene
 
@@ -85,20 +85,18 @@ def test_a_lost_job_ends_its_own_inquiry_only():
 
 
 def test_a_folder_answers_again_unless_it_is_torn_not_final_or_a_run_anew(tmp_path):
-    asked(Inquiries(answers=Answers(tmp_path)), all=squares(1, 2, 20))
+    asked(Inquiries(folder=tmp_path), all=squares(1, 2, 20))
     (tmp_path / "square-2.txt").write_text("torn")
     CALLS.clear()
-    assert asked(Inquiries(answers=Answers(tmp_path, resume=True)), all=squares(1, 2, 20)) == {
-        "all": 405
-    }
+    assert asked(Inquiries(folder=tmp_path, resume=True), all=squares(1, 2, 20)) == {"all": 405}
     assert CALLS == [2, 20]  # 400 is not final
     CALLS.clear()
-    asked(Inquiries(answers=Answers(tmp_path)), all=squares(1))
+    asked(Inquiries(folder=tmp_path), all=squares(1))
     assert CALLS == [1]
 
 
 def test_what_this_run_found_is_not_tried_again_even_if_it_is_not_final(tmp_path):
-    assert asked(Inquiries(answers=Answers(tmp_path)), one=squares(20), two=squares(1, 20)) == {
+    assert asked(Inquiries(folder=tmp_path), one=squares(20), two=squares(1, 20)) == {
         "one": 400,
         "two": 401,
     }
