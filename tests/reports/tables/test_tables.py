@@ -109,25 +109,22 @@ def test_tables_between_markers_are_made_anew_and_others_are_printed(tmp_path, c
     assert capsys.readouterr().out == "z\n\n| h |\n|---|\n| 1 |\n\n"
 
 
-BALL = """
-name = "ball"
-[half_space]
-youngs_modulus = "210 GPa"
-poisson_ratio = 0.3
-[indenter]
-shape = "paraboloid"
-radius = "10 mm"
-[loading]
-penetration = { values = ["1 um", "16 um"] }
-"""
+BALL = {
+    "name": "ball",
+    "half_space": {"youngs_modulus": "210 GPa", "poisson_ratio": 0.3},
+    "indenter": {"shape": "paraboloid", "radius": "10 mm"},
+    "loading": {"penetration": ["1 um", "16 um"]},
+}
 
 
 @pytest.fixture
 def of(tmp_path):
-    def solved(text: str, methods=("closed_form", "reduced")) -> dict[str, str]:
-        path = tmp_path / "scene.toml"
-        path.write_text(text, encoding="utf-8")
-        study = roughline.Study(path, tmp_path / "out", methods=list(methods))
+    """Return the card of a ball under two loads, but for the tables that are given."""
+
+    def solved(*methods, scene=BALL, **tables) -> dict[str, str]:
+        given = {name: part for name, part in (scene | tables).items() if part is not None}
+        methods = list(methods or ("closed_form", "reduced"))
+        study = roughline.Study(given, tmp_path / "out", methods=methods)
         return dict(card(study.run().record.scenes[0]))
 
     return solved
@@ -135,7 +132,7 @@ def of(tmp_path):
 
 def test_a_hertzian_contact_tells_its_peak_pressure_and_which_steel_would_yield(of):
     """p0 = 2 E* sqrt(d/R)/pi, mean 2/3 of it, Y = p0/1.61 (Johnson 1985, eq. 4.24 and 6.6)."""
-    told = of(BALL)
+    told = of()
     modulus = 210e9 / (1 - 0.3**2)
     peak = 2 * modulus * np.sqrt(16e-6 / 10e-3) / np.pi
     assert told["half space"] == "Young's modulus 210\u202fGPa, Poisson's ratio 0.3"
@@ -151,8 +148,7 @@ def test_a_hertzian_contact_tells_its_peak_pressure_and_which_steel_would_yield(
 
 def test_an_impact_tells_the_pressure_and_stress_at_its_deepest_point(of):
     """Energy: d = (15 m v^2/(16 E* sqrt R))^(2/5); then as pressed so deep."""
-    ball = BALL[: BALL.index("[loading]")] + '[dynamics]\nmass = "32.7 g"\nvelocity = "5 m/s"\n'
-    told = of(ball)
+    told = of(dynamics={"mass": "32.7 g", "velocity": "5 m/s"}, loading=None)
     modulus = 210e9 / (1 - 0.3**2)
     depth = (15 / 16 * 0.0327 * 25 / (modulus * np.sqrt(10e-3))) ** 0.4
     peak = 2 * modulus * np.sqrt(depth / 10e-3) / np.pi
@@ -162,9 +158,7 @@ def test_an_impact_tells_the_pressure_and_stress_at_its_deepest_point(of):
 
 
 def test_where_all_loads_agree_to_round_off_the_true_values_are_those_of_all(tmp_path):
-    scene = tmp_path / "ball.toml"
-    scene.write_text(BALL, encoding="utf-8")
-    solved = roughline.Study(scene, tmp_path / "out", methods=["closed_form", "reduced"]).run()
+    solved = roughline.Study(BALL, tmp_path / "out", methods=["closed_form", "reduced"]).run()
     rows = frame(verdict_table(solved.record.scenes, "reduced")).set_index("quantity")
     assert abs(rows["largest error"]["contact area"]) < fmt.ROUND_OFF
     # pi R d of Hertz, at 1 and 16 um
@@ -173,10 +167,8 @@ def test_where_all_loads_agree_to_round_off_the_true_values_are_those_of_all(tmp
 
 def test_the_area_of_a_flat_face_is_given_and_has_no_bar(of):
     """The force is found, and known as well as its grids are."""
-    square = BALL.replace('"paraboloid"', '"square_punch"').replace(
-        'radius = "10 mm"', 'side = "2 mm"'
-    )
-    told = of(square + '[compare]\nquantities = ["force"]\n', ("bem_fft",))
+    square = {"shape": "square_punch", "side": "2 mm"}
+    told = of("bem_fft", indenter=square, compare={"quantities": ["force"]})
     assert told["contact area"] == "4.00\u202fmm²"
     assert "±" in told["force"]
 
@@ -184,10 +176,9 @@ def test_the_area_of_a_flat_face_is_given_and_has_no_bar(of):
 @pytest.mark.slow
 def test_stresses_below_a_sharp_edge_are_known_badly_and_say_so(of):
     """An edge of 5 um leaves no stress to cells of a hundredth of the face; d is exact."""
-    punch = BALL.replace('"paraboloid"', '"rounded_punch"').replace(
-        'radius = "10 mm"', 'flat_radius = "3.5 mm"\nedge_radius = "0.5 mm"'
-    )
-    told = of(punch + '[compare]\nquantities = ["penetration", "force", "von_mises_max"]\n')
+    punch = {"shape": "rounded_punch", "flat_radius": "3.5 mm", "edge_radius": "0.5 mm"}
+    asked = {"quantities": ["penetration", "force", "von_mises_max"]}
+    told = of(indenter=punch, compare=asked)
     assert "von Mises' stress" not in told
     assert "±" in told["largest von Mises stress inside"]
     assert "±" not in told["force"]
@@ -231,10 +222,7 @@ def test_a_bar_that_differs_from_load_to_load_is_given_by_its_ends(study):
 
 def test_a_blunt_body_presses_hardest_off_its_axis(of):
     """Of f = c r^4 p ~ (1 + 2 x^2) (1 - x^2)^(1/2), x = r/a, is 2^(1/2) at x^2 = 1/2."""
-    blunt = BALL.replace('"paraboloid"', '"power_law"').replace(
-        'radius = "10 mm"', 'exponent = 4\ncoefficient = "4e7 m^-3"'
-    )
-    told = of(blunt)
+    told = of(indenter={"shape": "power_law", "exponent": 4, "coefficient": "4e7 m^-3"})
     mean, peak = (
         number_and_unit(told[name].split(" to ")[-1])[0]
         for name in ("mean pressure F/A", "highest pressure, last load")
@@ -243,25 +231,16 @@ def test_a_blunt_body_presses_hardest_off_its_axis(of):
     assert peak / mean == pytest.approx(2**0.5 / 1.2, rel=6e-3)
 
 
-ROUGH = """
-name = "rough"
-[half_space]
-youngs_modulus = "230 GPa"
-poisson_ratio = 0
-[surface]
-kind = "self_affine"
-hurst = 0.8
-size = "1 um"
-points = 64
-rms_slope = SLOPE
-short_cutoff = "0.1 um"
-[loading]
-force = { values = [0.03], relative_to = "E* A0 h'" }
-[compare]
-methods = ["reduced", "bem_fft"]
-quantities = ["contact_area"]
-resolutions = [64]
-"""
+SURFACE = {"kind": "self_affine", "hurst": 0.8, "size": "1 um", "points": 64}
+SURFACE |= {"rms_slope": 0.1, "short_cutoff": "0.1 um"}
+ROUGH = {
+    "name": "rough",
+    "half_space": {"youngs_modulus": "230 GPa", "poisson_ratio": 0},
+    "surface": SURFACE,
+    "loading": {"force": {"values": [0.03], "relative_to": "E* A0 h'"}},
+    "compare": {"quantities": ["contact_area"], "resolutions": [64]},
+}
+BOTH = ("reduced", "bem_fft")
 
 
 @pytest.mark.slow
@@ -273,10 +252,9 @@ def test_rough_contacts_tell_which_steel_yields(of, slope, stated, yields):
 
     A stated E* of 230 GPa may be of two bodies of 460, and of no metal.
     """
-    endless = ROUGH.replace("[loading]", "periodic = true\n[loading]")
-    if stated == "E*":
-        endless = endless.replace("youngs_", "effective_").replace("poisson_ratio = 0\n", "")
-    told = of(endless.replace("SLOPE", str(slope)), ["reduced", "bem_fft"])
+    surface = SURFACE | {"periodic": True, "rms_slope": slope}
+    body = {"effective_modulus": "230 GPa"} if stated == "E*" else ROUGH["half_space"]
+    told = of(*BOTH, scene=ROUGH, surface=surface, half_space=body)
     text = told["yield stress Y"]
     least, mean, highest = (
         to_si(value, PRESSURE)
@@ -300,9 +278,8 @@ def test_rough_contacts_tell_which_steel_yields(of, slope, stated, yields):
 @pytest.mark.parametrize(("surfaces", "said"), [(1, True), (2, False)])
 def test_true_values_of_one_surface_say_that_its_spectrum_has_others(of, surfaces, said):
     """The bar of a single surface is that of the grid, and surfaces scatter by more."""
-    several = f"periodic = true\nrealisations = {surfaces}\n[loading]"
-    text = ROUGH.replace("SLOPE", "0.1").replace("[loading]", several)
-    told = of(text, ["reduced", "bem_fft"])["true values by"]
+    several = SURFACE | {"periodic": True, "realisations": surfaces}
+    told = of(*BOTH, scene=ROUGH, surface=several)["true values by"]
     assert ("others of this spectrum" in told) is said
 
 
@@ -310,8 +287,9 @@ def test_true_values_of_one_surface_say_that_its_spectrum_has_others(of, surface
 @pytest.mark.parametrize(("load", "sinks"), [(3.0, True), (0.003, False)])
 def test_the_stiffness_of_a_patch_that_sinks_in_as_a_whole_is_told(of, load, sinks):
     """A square punch is stiffer than a round one of the same area by some 1 %, in cells by 2."""
-    rough = ROUGH.replace("SLOPE", "0.1").replace("0.03", str(load))
-    told = of(rough.replace('["contact_area"]', '["contact_area", "stiffness"]'), ["bem_fft"])
+    loading = {"force": {"values": [load], "relative_to": "E* A0 h'"}}
+    asked = {"quantities": ["contact_area", "stiffness"], "resolutions": [64]}
+    told = of("bem_fft", scene=ROUGH, loading=loading, compare=asked)
     text = told.get("largest stiffness")
     assert (text is not None) == sinks
     if sinks:
@@ -321,14 +299,14 @@ def test_the_stiffness_of_a_patch_that_sinks_in_as_a_whole_is_told(of, load, sin
 
 
 def test_a_force_that_pulls_has_no_mean_pressure(of):
-    pulled = BALL.replace('{ values = ["1 um", "16 um"] }', '["0 um", "4 um", "-0.1 um"]')
-    told = of(pulled + '[adhesion]\nwork = "50 mJ/m^2"\n')
+    pulled = {"penetration": ["0 um", "4 um", "-0.1 um"]}
+    told = of(loading=pulled, adhesion={"work": "50 mJ/m^2"})
     assert told["adhesion"] == "work 0.05 J/m²"
     assert "mean pressure F/A" not in told
 
 
 def test_a_sharp_edge_has_no_highest_pressure(of):
-    told = of(BALL.replace('"paraboloid"', '"cylinder"'))
+    told = of(indenter=BALL["indenter"] | {"shape": "cylinder"})
     assert told["mean pressure F/A"]
     assert "highest pressure, last load" not in told
 
