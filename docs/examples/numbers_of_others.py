@@ -28,7 +28,7 @@ from threadpoolctl import threadpool_limits
 from comparisons.judging.uncertainty import grid_uncertainty
 from reference.contact.press import press
 from reference.elasticity import largest_shear, von_mises
-from reference.halfspace.friction import FrictionalGrid, FrictionalPress, FrictionStep, sweep
+from reference.halfspace.friction import FrictionalPress, FrictionStep, slide_inside, sweep
 from reference.halfspace.stress_below import stress_below
 from reference.halfspace.traction import Compliance, NormalAndTangential, cell_integrals
 from reference.loads import Load, LoadPath
@@ -143,15 +143,14 @@ def catt_to_cart(fine: int = 1) -> Iterator[tuple[int, Values]]:
     gap, mu, step = 0.002963 * ((x - 0.125) ** 2 + y**2), 0.4013, 0.25
     held = press(body.normal, gap, Load("force", 0.4705), tolerance=1e-10)
     moved = press(body.normal, gap, Load("penetration", 0.07258), tolerance=1e-10)
-    half_space = FrictionalGrid(body)
     for first, contacts in ((1, [held] * 57), (58, [held] + [moved] * 56)):
         before = traction = np.zeros((2, *body.shape))
         for place, contact in enumerate(contacts):
             pull = 0.657 * mu * contact.force
             shift = work = 0.0
             for _ in range(fine if place else 1):  # by a cell each
-                solved = half_space.slide(
-                    mu * contact.pressure, before, pull / body.cell_area, traction, 1e-9
+                solved = slide_inside(
+                    body, mu * contact.pressure, before, pull / body.cell_area, traction, 1e-9
                 )
                 traction = solved.traction
                 shift += solved.shift

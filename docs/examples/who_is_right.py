@@ -209,7 +209,7 @@ class Tangential:
     def __init__(self, matrix: Array) -> None:
         self.matrix, self.own = matrix, float(np.median(np.diag(matrix)))
 
-    def displace(self, traction: Array) -> Array:
+    def shear(self, traction: Array) -> Array:
         """Return the displacement."""
         return np.stack([self.matrix @ traction[0], self.own * traction[1]])
 

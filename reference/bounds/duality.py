@@ -58,11 +58,6 @@ class Pressures(ABC):
         return pressure
 
 
-def towards_edge(cells: int, exponent: float) -> Array:
-    """Return factors (n + 1,) from 0 to 1, spaced more finely towards 1."""
-    return 1 - (1 - np.arange(cells + 1) / cells) ** exponent
-
-
 def mutual_energies(radii: Array) -> tuple[Array, Array]:
     r"""Integrals of 1/|x - y| over all pairs of concentric discs, and bounds of their errors.
 

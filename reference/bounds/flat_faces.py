@@ -13,10 +13,10 @@ from scipy.optimize import linprog
 from scipy.spatial import ConvexHull
 
 from reference.bounds.dirichlet import Prisms, fan, shells_about
-from reference.bounds.duality import Fan, energy_above, energy_below, towards_edge
+from reference.bounds.duality import Fan, energy_above, energy_below
 from reference.bounds.ellipses import Face, best_ellipse, force_of_ellipses
 from reference.bounds.interval import Interval, below
-from reference.bounds.outlines import Outline, polygon, slack
+from reference.bounds.outlines import Outline, polygon, slack, towards_edge
 from reference.errors import count_faults, refuse
 
 # Exponents of the spacing towards the edge, and of displacements towards the corners.

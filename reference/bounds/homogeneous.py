@@ -14,9 +14,9 @@ import numpy as np
 
 from reference.arrays import Array
 from reference.bounds.dirichlet import Prisms, fan, shells_about
-from reference.bounds.duality import Fan, energy_above, energy_below, towards_edge
+from reference.bounds.duality import Fan, energy_above, energy_below
 from reference.bounds.interval import EPSILON, Interval, above, below
-from reference.bounds.outlines import Outline, circle, dihedral
+from reference.bounds.outlines import Outline, circle, dihedral, towards_edge
 from reference.bounds.quadrangles import gauss_points
 from reference.closed_form.shapes import ellipsoid
 from reference.errors import count_faults, positive_faults, refuse

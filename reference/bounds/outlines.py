@@ -156,9 +156,14 @@ def slack(vertices: Sequence[tuple[float, float]]) -> float:
     return float(2 * _ON_AXIS * np.abs(corners).max() / near)
 
 
+def towards_edge(cells: int, exponent: float) -> Array:
+    """Return factors (n + 1,) from 0 to 1, spaced more finely towards 1."""
+    return np.asarray(1 - (1 - np.arange(cells + 1) / cells) ** exponent)
+
+
 def circle(cells: int, images: Array, angle: float, exponent: float = 1.0) -> Outline:
     """Part of the unit circle from the x axis to an angle, in chords that get finer to there."""
-    turn = angle * (1 - (1 - np.arange(cells + 1) / cells) ** exponent)
+    turn = angle * towards_edge(cells, exponent)
     return Outline(np.stack([np.cos(turn), np.sin(turn)], axis=1), images)
 
 

@@ -23,8 +23,9 @@ from scipy.optimize import brentq, minimize_scalar
 
 from reference.arrays import Array
 from reference.bounds.dirichlet import Prisms, rings
-from reference.bounds.duality import Rings, energy_above, energy_below, towards_edge
+from reference.bounds.duality import Rings, energy_above, energy_below
 from reference.bounds.interval import EPSILON, Interval, above, below
+from reference.bounds.outlines import towards_edge
 from reference.errors import count_faults, positive_faults, refuse
 from reference.fem.half_space_mesh import power_lines
 

@@ -43,7 +43,7 @@ class TangentialBody(Protocol):
         """Displacement of a point by a unit traction on itself, roughly."""
         ...
 
-    def displace(self, traction: Array) -> Array:
+    def shear(self, traction: Array) -> Array:
         """Return A q."""
         ...
 
@@ -105,7 +105,7 @@ def slide(
 
     >>> class Springs:
     ...     own = 1.0
-    ...     displace = near = staticmethod(lambda field: field)
+    ...     shear = near = staticmethod(lambda field: field)
     >>> slide(Springs(), np.array([1.0, 3.0]), np.array([[2.0, 2.0], [0.0, 0.0]])).traction[0]
     array([1., 2.])
     >>> slide(Springs(), np.array([1.0, 3.0]), np.zeros((2, 2)), total=3.5).shift
@@ -138,7 +138,7 @@ def slide(
         q[0] = given * (stuck / stuck.sum() if stuck.any() else limit / limit.sum())
     history: list[float] = []
     while True:
-        displacement = body.displace(q) / own
+        displacement = body.shear(q) / own
         slip = np.where(loaded, moved - displacement, 0.0)
         below = loaded & (np.hypot(*q) < ON_BOUND * limit)
         if total is not None and not history:
@@ -215,7 +215,7 @@ def _free_change(
         if given:
             shift = float(residual[-1] - (step * border).sum()) / answer
             step = step + shift * lifted
-        image = free(body.displace(step) / own + curve * step) - shift * border
+        image = free(body.shear(step) / own + curve * step) - shift * border
         direction = np.append(step, shift)
         image = np.append(image, (step * border).sum() if given else 0.0)
         for known, other in zip(directions, images, strict=True):

@@ -62,15 +62,18 @@ class DenseFlexibility:
         compliance = cho_solve(cho_factor(stiffness), np.eye(len(stiffness)))
         return cls(0.5 * (compliance + compliance.T), system)
 
-    def respond(self, inside: Integers, right: Array, softness: Array) -> tuple[Array, Array]:
+    def respond(
+        self, inside: Integers, right: Array, softness: Array | None = None
+    ) -> tuple[Array, Array]:
         """Solve ``u_i + softness_i R_i = right_i`` on the points `inside` (k,), R = 0 elsewhere.
 
-        `right` (k, m) are m cases; `softness` (k,) is the compliance of springs between the rigid
-        shape and the body (penalty), zero for rigid contact. Returns forces (k, m) and the
+        `right` (k, m) are m cases; `softness` (n,) is the compliance of springs between the rigid
+        shape and the body (penalty), none for rigid contact. Returns forces (k, m) and the
         displacements (n, m) of all candidates.
         """
         matrix = self.compliance[np.ix_(inside, inside)]
-        matrix[np.diag_indices(len(inside))] += softness
+        if softness is not None:
+            matrix[np.diag_indices(len(inside))] += softness[inside]
         forces = cho_solve(cho_factor(matrix, lower=True, overwrite_a=True), right)
         return forces, self.compliance[:, inside] @ forces
 

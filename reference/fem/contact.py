@@ -9,6 +9,7 @@ active set on the scaled body then confirms or corrects it.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,7 +18,7 @@ from scipy.optimize import minimize_scalar
 from scipy.special import ellipk
 from skfem.element import ElementQuad1, ElementQuad2
 
-from reference.arrays import Array, Integers, Mask
+from reference.arrays import Array, Mask
 from reference.contact.pivot import pivot
 from reference.errors import ConvergenceError, choice_faults, count_faults, positive_faults, refuse
 from reference.fem.condensed_body import CondensedBody, DenseFlexibility
@@ -136,9 +137,7 @@ def press(
     if method != "active_set":
         per_area = enforcement.penalty / (1.0 - body.poisson_ratio**2) / body.spacing_scaled
         softness = 1.0 / (per_area * weights)
-
-    def respond(inside: Integers, right: Array) -> tuple[Array, Array]:
-        return body.flexibility.respond(inside, right, softness[inside])
+    respond = partial(body.flexibility.respond, softness=softness)
 
     def steps(active: Mask) -> Iterator[NodalContact]:
         for value in load.values:
@@ -178,8 +177,8 @@ def press(
                 violation = overlap / depth
                 if method == "augmented_lagrangian":  # without the springs
                     inside = np.flatnonzero(active)
-                    ones, rigid = np.ones((len(inside), 1)), np.zeros(len(inside))
-                    slope = float(body.flexibility.respond(inside, ones, rigid)[0].sum())
+                    forces, _ = body.flexibility.respond(inside, np.ones((len(inside), 1)))
+                    slope = float(forces.sum())
             penetration = float(first_touch + depth * length if by_force else value)
             force = float(value) if by_force else float(body.symmetry * unit * reactions.sum())
             reactions, displacement = reactions * unit, displacement * length
@@ -279,12 +278,10 @@ def contact_radius(body: CondensedBody, reactions: Array, active: Mask) -> float
     """Return the radius (before stretching) of a round contact from the moments of its pressure.
 
     Moments are as accurate as the force, while the set of active nodes jumps by whole spacings.
-    None for a tensor body, and if the pressure is not of the form of `moment_radius`: the contact
-    is not a full disc, or the result differs from the active nodes by more than a spacing (cone,
-    flat punch).
+    Some are active. None if the pressure is not of the form of `moment_radius`: the contact is not
+    a full disc, or the result differs from the active nodes by more than a spacing (cone, flat
+    punch).
     """
-    if body.ring is None or not active.any():
-        return None
     radii = body.scaled_radii
     reach = radii[active].max()
     radius = radius_from_moments(radii, reactions)
@@ -384,8 +381,7 @@ def indent(
     # v: forces on the circle at unit penetration, E s times which is the stiffness at the size s
     circle = body.inside_ring
     disc = body.points[circle]
-    ones, rigid = np.ones((len(disc), 1)), np.zeros(len(disc))
-    columns, _ = body.flexibility.respond(np.flatnonzero(circle), ones, rigid)
+    columns, _ = body.flexibility.respond(np.flatnonzero(circle), np.ones((len(disc), 1)))
     forces, modulus = columns[:, 0] * body.symmetry, body.youngs_modulus * body.length
 
     gaps = gap_at(disc)

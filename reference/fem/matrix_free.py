@@ -352,13 +352,15 @@ class IterativeFlexibility:
         # fields and forces (size, m)
         self.solved: dict[bytes, tuple[Array, Array, Array]] = {}
 
-    def respond(self, inside: Integers, right: Array, softness: Array) -> tuple[Array, Array]:
+    def respond(
+        self, inside: Integers, right: Array, softness: Array | None = None
+    ) -> tuple[Array, Array]:
         """Solve as `DenseFlexibility.respond`, for rigid contact only.
 
         Raises ConvergenceError if conjugate gradients break down, or need more than a thousand
         steps.
         """
-        if np.any(softness):
+        if softness is not None and softness.any():
             raise ValueError("conjugate gradients solve contact = 'active_set' only")
         nothing = np.zeros((len(self.free), 0))
         span = np.zeros((len(inside), 0)), nothing, nothing

@@ -94,7 +94,9 @@ class MultigridFlexibility:
             self.levels.append(tuple(part.astype(np.float32) for part in parts))
         self.coarsest = pinvh(hierarchy.levels[-1].A.toarray()).astype(np.float32)
 
-    def respond(self, inside: Integers, right: Array, softness: Array) -> tuple[Array, Array]:
+    def respond(
+        self, inside: Integers, right: Array, softness: Array | None = None
+    ) -> tuple[Array, Array]:
         """Solve as `DenseFlexibility` does; new points of the contact set take a column each."""
         missing = inside[~self.known[inside]]
         for start in range(0, len(missing), AT_ONCE):
@@ -109,7 +111,8 @@ class MultigridFlexibility:
             self.compliance[among], self.compliance[across] = mean, mean.T
         columns = self.compliance[:, inside]
         matrix = columns[inside]
-        matrix[np.diag_indices(len(inside))] += softness
+        if softness is not None:
+            matrix[np.diag_indices(len(inside))] += softness[inside]
         forces = cho_solve(cho_factor(matrix, lower=True, overwrite_a=True), right)
         return forces, columns @ forces
 

@@ -71,40 +71,32 @@ class FrictionStep:
     iterations: int
 
 
-class FrictionalGrid:
-    """The half-space, as `contact.slide` takes it."""
-
-    def __init__(self, body: NormalAndTangential) -> None:
-        self.body = body
-        self.displace = body.shear
-        c = body.compliance
-        self.own = (c.normal + c.lateral) * body.spacing[0] / 2
-
-    def near(self, slip: Array) -> Array:
-        """Return the traction of the slip on a periodic grid."""
-        return self.body.precondition(slip) / self.body.unit
-
-    def slide(
-        self, bound: Array, target: Array, total: float | None, start: Array, tolerance: float
-    ) -> Tractions:
-        """Return the tractions; on a free grid of the smallest rectangle around loaded cells."""
-        loaded = bound > 0
-        if self.body.periodic or not loaded.any():
-            return slide(self, bound, target, total=total, start=start, tolerance=tolerance)
-        box = rectangle(loaded)
-        inside = (slice(None), *box)
-        part = FrictionalGrid(self.body.restrict(bound[*box].shape))
-        solved = slide(
-            part, bound[*box], target[inside], total=total, start=start[inside], tolerance=tolerance
-        )
-        for name in ("traction", "slip"):
-            whole = np.zeros_like(target)
-            whole[inside] = getattr(solved, name)
-            setattr(solved, name, whole)
-        sliding = np.zeros_like(loaded)
-        sliding[*box] = solved.sliding
-        solved.sliding, solved.displacement = sliding, self.displace(solved.traction)
-        return solved
+def slide_inside(
+    body: NormalAndTangential,
+    bound: Array,
+    target: Array,
+    total: float | None,
+    start: Array,
+    tolerance: float,
+) -> Tractions:
+    """`slide` on a free body of the smallest rectangle around loaded cells."""
+    loaded = bound > 0
+    if body.periodic or not loaded.any():
+        return slide(body, bound, target, total=total, start=start, tolerance=tolerance)
+    box = rectangle(loaded)
+    inside = (slice(None), *box)
+    part = body.restrict(bound[*box].shape)
+    solved = slide(
+        part, bound[*box], target[inside], total=total, start=start[inside], tolerance=tolerance
+    )
+    for name in ("traction", "slip"):
+        whole = np.zeros_like(target)
+        whole[inside] = getattr(solved, name)
+        setattr(solved, name, whole)
+    sliding = np.zeros_like(loaded)
+    sliding[*box] = solved.sliding
+    solved.sliding, solved.displacement = sliding, body.shear(solved.traction)
+    return solved
 
 
 @dataclass(frozen=True)
@@ -200,7 +192,7 @@ def sweep(
         sizes = " and ".join(f"{p.values.size} of {p.control}" for p in (normal, tangential))
         raise ValueError(f"both paths must have the same number of steps, not {sizes}")
     loads = np.broadcast_arrays(normal.values, tangential.values)
-    body, grid = press.body, FrictionalGrid(press.body)
+    body = press.body
 
     def drag(contact: Contact) -> Array:
         return body.drag(contact.pressure) if press.coupled else np.zeros((2, *body.shape))
@@ -211,14 +203,14 @@ def sweep(
         target, bound = -position - drag(contact), press.friction * contact.pressure
         if not by_force:
             target[0] += pulled
-            return grid.slide(bound, target, None, start, precision)
+            return slide_inside(body, bound, target, None, start, precision)
         limit = press.friction * contact.force
         if slides(pulled, limit):
             raise NoEquilibriumError(
                 f"the tangential force {pulled!r} is not below friction times the normal force, "
                 f"{limit!r}: full sliding"
             )
-        return grid.slide(bound, target, pulled / body.cell_area, start, precision)
+        return slide_inside(body, bound, target, pulled / body.cell_area, start, precision)
 
     def steps() -> Iterator[FrictionStep]:
         # position of the shape relative to the half-space, and what acts before the step
@@ -265,7 +257,7 @@ def tangential_stiffness(
         raise ValueError(f"mask must have shape {body.shape} and a cell in contact")
     target = np.array(direction)[:, None, None] * np.ones((2, *body.shape))
     bound = np.where(mask, np.inf, 0.0)
-    stuck = slide(FrictionalGrid(body), bound, target, tolerance=1e-8)
+    stuck = slide(body, bound, target, tolerance=1e-8)
     along, across = stuck.traction.sum(axis=(1, 2)) * body.cell_area
     c, s = direction
     return float(c * along + s * across), float(c * across - s * along)

@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import fft
 
 from reference.arrays import Array, Modes
-from reference.contact.body import ElasticBody, power_of_two, window
+from reference.contact.body import ElasticBody, window
 from reference.errors import poisson_faults, positive_faults, refuse
 from reference.halfspace import kernels
 from reference.halfspace.kernels import FreeOperator, PeriodicOperator
@@ -266,14 +266,14 @@ class NormalAndTangential:
         modes = -1j * fft.rfft2(pressure, s=self.padded, workers=1)
         return self._back(np.array([t.x * modes, t.y * modes]))
 
-    @cached_property
-    def unit(self) -> float:
-        """Power of two near the largest factor from traction to displacement."""
-        return power_of_two(max(self._transfer.xx.max(), self._transfer.yy.max()))
+    @property
+    def own(self) -> float:
+        """Displacement of a cell by a unit tangential traction on itself, roughly."""
+        return (self.compliance.normal + self.compliance.lateral) * self.spacing[0] / 2
 
     @cached_property
     def _inverse(self) -> tuple[tuple[int, ...], tuple[Array, Array, Array]]:
-        """Return padded shape and factors of the inverse periodic half-space, times a power of two.
+        """Return padded shape and factors of the inverse periodic half-space.
 
         |q| [1/(c1 + c2) + (1/c1 - 1/(c1 + c2)) q q'/|q|^2]; half the smallest wavenumber at q = 0.
         """
@@ -287,9 +287,9 @@ class NormalAndTangential:
         c1, shear = self.compliance.normal, self.compliance.normal + self.compliance.lateral
         more = (1 / c1 - 1 / shear) / wavenumber
         xx, yy = (wavenumber / shear + more * part for part in (qx * qx, qy * qy))
-        return padded, (xx * self.unit, yy * self.unit, more * (qx * qy) * self.unit)
+        return padded, (xx, yy, more * (qx * qy))
 
-    def precondition(self, displacement: Array) -> Array:
-        """Return the approximate traction, times `unit`, for a tangential displacement."""
+    def near(self, slip: Array) -> Array:
+        """Return the traction of a tangential displacement on a periodic grid."""
         padded, factors = self._inverse
-        return tensor_product(factors, displacement, padded)
+        return tensor_product(factors, slip, padded)

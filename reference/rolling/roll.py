@@ -38,7 +38,7 @@ from reference.arrays import Array, Mask
 from reference.contact.press import Contact, press
 from reference.contact.slide import Tractions, slide
 from reference.errors import ConvergenceError, finite_faults, refuse
-from reference.halfspace.friction import FrictionalGrid, FrictionalPress, alternate
+from reference.halfspace.friction import FrictionalPress, alternate
 from reference.halfspace.traction import Compliance, NormalAndTangential, tensor_product
 from reference.loads import Load
 
@@ -119,7 +119,7 @@ class Upstream:
             (around[0], around[1]), surface.spacing, surface.compliance, periodic=True
         )
 
-    def displace(self, traction: Array) -> Array:
+    def shear(self, traction: Array) -> Array:
         """Return D q."""
         return tensor_product(self._modes, traction, self._padded)
 
@@ -128,7 +128,7 @@ class Upstream:
         nx, ny = self.shape
         displacement = np.zeros((2, *self._near.shape))
         displacement[:, :nx, :ny] = np.cumsum(slip[:, ::-1], axis=1)[:, ::-1] * self.step
-        return self._near.precondition(displacement)[:, :nx, :ny] / self._near.unit
+        return self._near.near(displacement)[:, :nx, :ny]
 
 
 def steady(
@@ -239,7 +239,6 @@ def roll_on(
     The pressure is the same one in every step for a smooth roller, `pressed` for a rough one;
     `start` has the tractions (2, nx, ny) before the first step, such as Cattaneo's.
     """
-    grid = FrictionalGrid(body)
     traction = np.zeros((2, *body.shape)) if start is None else start.copy()
     displacement = body.shear(traction)
     rigid = body.spacing[0] * rigid_slip(creep, body.shape, body.spacing)
@@ -249,7 +248,7 @@ def roll_on(
             raise ConvergenceError("the contact reaches the leading edge of the grid")
         carried = np.zeros_like(displacement)
         carried[:, :-1] = displacement[:, 1:]
-        solved = slide(grid, bound, carried + rigid, start=traction, tolerance=_STEP_ERROR)
+        solved = slide(body, bound, carried + rigid, start=traction, tolerance=_STEP_ERROR)
         traction, displacement = solved.traction, solved.displacement
         yield traction
 

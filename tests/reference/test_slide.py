@@ -23,7 +23,7 @@ class Dense:
     def __init__(self, matrix):
         self.matrix, self.own = matrix, float(matrix.diagonal().max())
 
-    def displace(self, traction):
+    def shear(self, traction):
         return (self.matrix @ traction.ravel()).reshape(traction.shape)
 
     def near(self, slip):
@@ -47,7 +47,7 @@ def swept(body, bound, target):
         before = q.copy()
         for i in range(count):
             own = table[:, i, :, i]
-            tried = q[:, i] + (target - body.displace(q))[:, i] / np.linalg.norm(own, 2)
+            tried = q[:, i] + (target - body.shear(q))[:, i] / np.linalg.norm(own, 2)
             q[:, i] = tried * min(1.0, bound[i] / max(np.hypot(*tried), 1e-300))
         if np.abs(q - before).max() <= 1e-12 * np.abs(q).max():
             break
@@ -56,7 +56,7 @@ def swept(body, bound, target):
 
 def violation(body, bound, target, answer):
     """Return how far Coulomb's law is from holding, over the largest traction."""
-    q, slip = answer.traction, target - body.displace(answer.traction)
+    q, slip = answer.traction, target - body.shear(answer.traction)
     slip[0] += answer.shift
     tried = q + slip / body.own
     size = np.hypot(*tried)
@@ -144,7 +144,7 @@ from reference.contact.slide import slide
 
 class Springs:
     own = 1.0
-    displace = near = staticmethod(lambda field: field + 0.2 * np.roll(field, 1, 1))
+    shear = near = staticmethod(lambda field: field + 0.2 * np.roll(field, 1, 1))
 
 rng = np.random.default_rng(0)
 bound, target = rng.uniform(0.5, 2.0, 50_000), rng.uniform(-1.0, 1.0, (2, 50_000))

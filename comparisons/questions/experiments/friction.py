@@ -45,12 +45,7 @@ from reference.closed_form.worn import FrettingLimit
 from reference.contact import slide as friction_bound
 from reference.contact.press import press
 from reference.halfspace import areas
-from reference.halfspace.friction import (
-    FrictionalGrid,
-    FrictionalPress,
-    sweep,
-    tangential_stiffness,
-)
+from reference.halfspace.friction import FrictionalPress, sweep, tangential_stiffness
 from reference.halfspace.traction import Compliance, NormalAndTangential
 
 # Side of the grid in units of the contact half-width.
@@ -303,8 +298,7 @@ def torsion(
         pressure = press(half_space.normal, gap, reference_loads.Load("penetration", 1.0)).pressure
         along, across = np.meshgrid(x, x, indexing="ij")
         turned = angle * np.array([-across, along])
-        grid = FrictionalGrid(half_space)
-        q = friction_bound.slide(grid, FRICTION * pressure, turned, tolerance=1e-7).traction
+        q = friction_bound.slide(half_space, FRICTION * pressure, turned, tolerance=1e-7).traction
         torques.append(float((along * q[1] - across * q[0]).sum()) * half_space.cell_area)
     coarse, fine = torques
     bar = exact / fine * SAFE * abs(fine - coarse) / fine

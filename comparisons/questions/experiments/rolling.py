@@ -41,7 +41,6 @@ from reference.contact import slide as stick_slip
 from reference.errors import poisson_faults, positive_faults, refuse
 from reference.fem import Material
 from reference.fem.grid_body import ShearBody
-from reference.halfspace.friction import FrictionalGrid
 from reference.halfspace.traction import Compliance, NormalAndTangential, cell_integrals
 from reference.rolling.creep_theories import kalker, on_grid
 from reference.rolling.roll import Creep, Upstream, pressed, roll_on, steady
@@ -156,7 +155,7 @@ def rolling_steady(effort: Effort, *, way: Positive = 6.0, share: Fraction = 0.5
     pressure = 2 / np.pi * np.sqrt(np.maximum(1 - x[:, None] ** 2 - y**2, 0.0))
     bound = _FRICTION * pressure
     still = np.zeros((2, *body.shape))
-    held = stick_slip.slide(FrictionalGrid(body), bound, still, total=share * bound.sum())
+    held = stick_slip.slide(body, bound, still, total=share * bound.sum())
     creep = Creep(share * _FRICTION / 2)  # near that of the same force in steady rolling
     field = np.zeros((2, *body.shape))
     field[0] = creep.along
