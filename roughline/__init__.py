@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from comparisons.errors import InputError
-    from comparisons.methods.function import method
+    from comparisons.methods.solver import method
     from roughline.claims import ClaimVerdict, check_claim, list_claims
     from roughline.comparing import Comparison, compare
     from roughline.scenes import Plan, list_scenes, load_scene, plan
@@ -34,7 +34,7 @@ _HOMES = {
     name: home
     for home, names in {
         "comparisons.errors": ("InputError",),
-        "comparisons.methods.function": ("method",),
+        "comparisons.methods.solver": ("method",),
         "roughline.claims": ("ClaimVerdict", "check_claim", "list_claims"),
         "roughline.comparing": ("Comparison", "compare"),
         "roughline.scenes": ("Plan", "list_scenes", "load_scene", "plan"),

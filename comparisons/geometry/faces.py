@@ -59,11 +59,10 @@ class SyntheticFace:
     def native(self, realisation: int) -> np.ndarray:
         """Return the heights on the face's own points."""
         recipe = self.recipe
-        names = ("hurst", "power", "rms_slope", "rms_height", "long_cutoff", "short_cutoff")
         return surfaces.self_affine(
             recipe.points,
             recipe.size,
-            surfaces.SelfAffine(**{name: getattr(recipe, name) for name in names}),
+            surfaces.SelfAffine(**recipe.law),
             seed=recipe.seed,
             realisation=realisation,
             stream=self.stream,

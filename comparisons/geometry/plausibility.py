@@ -12,12 +12,12 @@ import numpy as np
 import scipy
 
 from comparisons.formatting import count, number, relative, with_unit
-from comparisons.geometry.estimates import largest_contact
 from comparisons.geometry.prepare import (
     Geometry,
     IndenterGeometry,
     RoughGeometry,
     equivalent_profile,
+    largest_contact,
 )
 from comparisons.reasons import CHECK, STEEP, STRAINED, THICKENED
 from comparisons.scene.loading import AbsoluteLoads

@@ -5,8 +5,7 @@ This module exports what a method file needs; `comparisons.methods.registry` lis
 
 from __future__ import annotations
 
-from comparisons.methods.function import method
-from comparisons.methods.solver import Refused, Solver, needed
+from comparisons.methods.solver import Refused, Solver, method, needed
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.steps import NoAnswerError, Row, Step
 from comparisons.tasks.task import Task

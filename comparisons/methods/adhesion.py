@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from comparisons.formatting import unpadded
 from comparisons.geometry.prepare import Geometry, IndenterGeometry
-from comparisons.methods.normal.bem_fft import HalfSpaceGrid
+from comparisons.methods.normal.bem import HalfSpaceGrid
 from comparisons.methods.normal.closed_form import form_of
 from comparisons.methods.normal.reduced import ProfileSolver
 from comparisons.methods.solver import Refused, Solver, needed

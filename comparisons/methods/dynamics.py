@@ -14,8 +14,7 @@ import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry, equivalent_profile, indenter_geometry
 from comparisons.methods.fem.indenter import Fem
-from comparisons.methods.normal.bem_dense import BemDense
-from comparisons.methods.normal.bem_fft import BemFft
+from comparisons.methods.normal.bem import BemDense, BemFft
 from comparisons.methods.normal.closed_form import FormSolver
 from comparisons.methods.normal.reduced import ProfileSolver
 from comparisons.methods.runner import run

@@ -15,11 +15,10 @@ import numpy as np
 
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
 from comparisons.methods.fem.indenter import LARGEST_POISSON, FemSolver
-from comparisons.methods.normal.bem_fft import HalfSpaceGrid
+from comparisons.methods.normal.bem import HalfSpaceGrid
 from comparisons.methods.normal.closed_form import FormSolver
 from comparisons.methods.normal.grid import SMALL_BALL, Grid, cells, counted_quantities, make_grid
-from comparisons.methods.normal.reduced import ProfileSolver, line_picture
-from comparisons.methods.normal.reduced_lines import LineSolver
+from comparisons.methods.normal.reduced import LineSolver, ProfileSolver, line_picture
 from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution

@@ -17,11 +17,10 @@ import numpy as np
 
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
 from comparisons.methods.friction import normal_load
-from comparisons.methods.normal.bem_fft import BemFft, HalfSpaceGrid
+from comparisons.methods.normal.bem import BemFft, HalfSpaceGrid
 from comparisons.methods.normal.closed_form import FormSolver
 from comparisons.methods.normal.grid import Grid, counted_quantities, make_grid
-from comparisons.methods.normal.reduced import ProfileSolver, line_picture
-from comparisons.methods.normal.reduced_lines import LineSolver
+from comparisons.methods.normal.reduced import LineSolver, ProfileSolver, line_picture
 from comparisons.methods.solver import G, Refused, Solver, needed
 from comparisons.scene.indenters.indenter import Indenter
 from comparisons.scene.loading import AbsoluteLoads, loads_of

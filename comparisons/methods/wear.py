@@ -13,11 +13,10 @@ import numpy as np
 
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
 from comparisons.methods.friction import normal_load
-from comparisons.methods.normal.bem_fft import BemFft
+from comparisons.methods.normal.bem import BemFft
 from comparisons.methods.normal.closed_form import FormSolver
 from comparisons.methods.normal.grid import SMALL_BALL, Grid, contact_quantities
-from comparisons.methods.normal.reduced import ProfileSolver
-from comparisons.methods.normal.reduced_lines import Lines, LineSolver
+from comparisons.methods.normal.reduced import Lines, LineSolver, ProfileSolver
 from comparisons.methods.solver import Refused, needed
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution

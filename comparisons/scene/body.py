@@ -79,22 +79,3 @@ def with_material(data: dict[str, Any]) -> dict[str, Any]:
     elastic = {key: body[key] for key in ELASTIC_KEYS if key in body}
     remaining = {key: value for key, value in body.items() if key not in elastic}
     return data | {"half_space": elastic, "body": remaining}
-
-
-def body_problems(data: dict[str, Any]) -> list[str]:
-    """Problems of a scene with a [body] that no single table shows."""
-    body = data.get("body")
-    problems: list[str] = []
-    if body is None:
-        return problems
-    if "surface" in data:
-        problems.append("surface: expected an [indenter] with a [body], or none for a rigid plane")
-    if isinstance(body, dict) and body.get("symmetric_parts", 1) != 1 and "position" not in body:
-        problems.append("body.position: expected, because the mesh is a part (symmetric_parts)")
-    material = with_material(data).get("half_space")
-    if isinstance(material, dict) and "effective_modulus" in material:
-        problems.append("body: expected E or G with nu: a finite body needs two elastic constants")
-    loading = data.get("loading")
-    if "indenter" not in data and isinstance(loading, dict) and "mean_gap" in loading:
-        problems.append("loading.mean_gap: expected force or penetration, a [body] has no mean gap")
-    return problems

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, ValidationInfo, model_validator
@@ -110,26 +109,3 @@ class HalfSpace(SceneTable):
     def nu(self) -> float:
         """Poisson ratio, 0.3 where only E* is given."""
         return FEM_DEFAULT_POISSON if self.poisson_ratio is None else self.poisson_ratio
-
-
-def depth_problems(data: Mapping[str, Any]) -> Iterator[str]:
-    """Yield what does not go together with layers and grading, of the raw tables of a scene."""
-    table, counter = data.get("half_space"), data.get("counter_body")
-    if isinstance(counter, dict):
-        for key in DEPTH_KEYS:
-            if key in counter:
-                yield f"counter_body.{key}: expected it in [half_space] alone"
-    keys = [key for key in DEPTH_KEYS if isinstance(table, dict) and key in table]
-    if not keys:
-        return
-    assert isinstance(table, dict)
-    if "effective_modulus" in table:
-        yield f"half_space: expected E or G with nu: {keys[0]} needs two elastic constants"
-    if "grading" in keys and len(keys) > 1:
-        others = " and ".join(keys[:-1])
-        yield f"half_space.grading: expected no {others} beside it: one law for all depths"
-    if "layers" in keys and table["layers"] == []:
-        yield "half_space.layers: expected at least one layer"
-    for other in ("body", "counter_body"):
-        if other in data:
-            yield f"{other}: expected none beside half_space.{keys[0]}: one body depends on depth"

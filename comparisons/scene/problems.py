@@ -1,4 +1,4 @@
-"""What is wrong with a scene, in the terms of its file: of single values, and across tables."""
+"""What is wrong with a file of ours, in its own terms."""
 
 from __future__ import annotations
 
@@ -11,11 +11,8 @@ from pydantic import BaseModel, ValidationError
 
 from comparisons.formatting import listed
 from comparisons.reasons import near
-from comparisons.scene.body import body_problems
 from comparisons.scene.fields import excerpt
-from comparisons.scene.half_space import depth_problems
 from comparisons.scene.indenters import SHAPES
-from comparisons.scene.physics.combinations import combination_problems
 
 # What pydantic says in the language of Python, in the language of scene files.
 _PLAIN = {
@@ -150,32 +147,4 @@ def missing_files(data: dict[str, Any], directory: Path) -> list[str]:
         if not path.is_file():
             what = "a folder, not a file" if path.is_dir() else "no such file"
             problems.append(f"{key}.{entry}: {file}: {what}")
-    return problems
-
-
-def table_problems(data: dict[str, Any]) -> list[str]:
-    """Problems across tables: found even where the tables themselves are wrong."""
-    problems = []
-    if "directory" in data:
-        problems.append("directory: unknown key")
-    problems += body_problems(data)
-    problems += combination_problems(data)
-    problems += depth_problems(data)
-    bodies = [key for key in ("indenter", "surface") if key in data]
-    if len(bodies) != 1 and "body" not in data:
-        came = " and ".join(f"[{b}]" for b in bodies) or "none"
-        problems.append(f"expected exactly one of [indenter] and [surface], got {came}")
-    if "surface2" in data and "surface" not in data:
-        problems.append("surface2: expected a [surface] beside it, the face of the other body")
-    compare = data.get("compare")
-    levels = compare.get("resolutions") if isinstance(compare, dict) else None
-    if "body" not in data and isinstance(levels, (list, tuple)) and 1 in levels:
-        path = f"compare.resolutions.{levels.index(1)}"
-        problems.append(f"{path}: expected greater than or equal to 2 without a [body], got 1")
-    loading = data.get("loading")
-    if isinstance(loading, dict) and "indenter" in data:
-        if "mean_gap" in loading:
-            problems.append("loading.mean_gap: expected a [surface], an indenter has no mean gap")
-        if isinstance(loading.get("force"), dict) and "relative_to" in loading["force"]:
-            problems.append("loading.force.relative_to: expected a [surface], which has h' and A0")
     return problems

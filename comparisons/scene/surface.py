@@ -79,6 +79,13 @@ class SelfAffine(SceneTable):
             raise fail("; ".join(problems))
         return self
 
+    @property
+    def law(self) -> dict[str, Any]:
+        """What functions of its spectrum take."""
+        return self.model_dump(
+            exclude={"kind", "size", "points", "periodic", "seed", "realisations"}
+        )
+
 
 class MeasuredMap(SceneTable):
     """A measured surface, read and treated by comparisons.geometry.topography.

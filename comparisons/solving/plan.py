@@ -242,7 +242,7 @@ def roughness_of(geometry: RoughGeometry) -> Roughness:
     h)^2>/<|grad h|^2>^2, at least 1.5. Skewness and kurtosis are of a map; a Gaussian surface has 0
     and 3.
     """
-    from comparisons.methods.normal.reduced_lines import whole_spectrum
+    from comparisons.methods.normal.reduced import whole_spectrum
 
     spectrum = whole_spectrum(geometry)
     rings = spectrum.radial_average()

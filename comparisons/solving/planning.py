@@ -19,12 +19,12 @@ from comparisons.facts.methods import CLOSED_FORM, ELEMENTS, GRID, METHODS, MODE
 from comparisons.facts.quantities import quantity
 from comparisons.formatting import number, relative, unpadded, with_unit
 from comparisons.geometry.bodies import BodyGeometry, with_body
-from comparisons.geometry.measured_curve import read_curve
+from comparisons.geometry.map_files.text import read_curve
 from comparisons.geometry.plausibility import scene_notes, surface_notes
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry, prepare
 from comparisons.geometry.reading import FileError
 from comparisons.machine import MEMORY_SHARE, free_memory
-from comparisons.methods.normal.bem_fft import BYTES_FREE, BYTES_PERIODIC
+from comparisons.methods.normal.bem import BYTES_FREE, BYTES_PERIODIC
 from comparisons.methods.normal.grid import SIDE, cells
 from comparisons.methods.normal.proved import check_enclosed
 from comparisons.methods.registry import concerned, solver_for

@@ -19,7 +19,7 @@ from unittest import mock
 import numpy as np
 
 from comparisons.questions.experiments import proved
-from comparisons.scene.indenters.punches import PolygonPunch
+from comparisons.scene.indenters.not_round import PolygonPunch
 from reference import closed_form, surfaces
 from reference.bounds import flat_faces, homogeneous, outlines, revolution
 from reference.bounds.dirichlet import Prisms

@@ -1,32 +1,42 @@
-"""The method `fem`: the 3-D finite-element body under a rigid shape."""
+"""The method `fem` for single contacts: below a rigid shape, or between two elastic bodies.
+
+Under flat faces with straight sides mesh lines follow the sides: where all of them lie along x or
+y, as on a square or an L-shape, they crowd there, in elements of second order; needles take an even
+grid of first order. Oblique sides are staircases on such a grid.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
+from itertools import pairwise
 from typing import TypeVar
 
 import numpy as np
 
 from comparisons.geometry.prepare import Geometry, IndenterGeometry
-from comparisons.methods.fem import punch_mesh
 from comparisons.methods.fem.step import (
+    bytes_of_elements,
     bytes_of_elimination,
     bytes_of_iteration,
     contact_step,
     recovered,
+    round_area,
 )
 from comparisons.methods.normal.grid import half_axes
 from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.scene.indenters.indenter import Indenter
-from comparisons.scene.indenters.not_round import Ellipsoid
-from comparisons.scene.indenters.punches import EllipticPunch
+from comparisons.scene.indenters.not_round import Ellipsoid, EllipticPunch, PolygonPunch
+from comparisons.scene.polygons import distance_to_outline
 from comparisons.scene.scene import Scene
-from comparisons.tasks.steps import Row, Step
+from comparisons.tasks.solution import Solution
+from comparisons.tasks.steps import NoAnswerError, Row, Step
 from comparisons.tasks.task import Task
 from reference import fem
 from reference.closed_form import ellipsoid
-from reference.loads import LoadPath
+from reference.fem.two_bodies import couple
+from reference.loads import Load, LoadPath
 
 G = TypeVar("G", bound=Geometry)
 
@@ -103,13 +113,13 @@ class Fem(FemSolver[IndenterGeometry]):
         """Elements per contact radius."""
         tolerance = self.scene.compare.tolerance
         if self.straight:
-            return punch_mesh.resolutions(self.indenter, fine=tolerance < 0.003)
+            return face_resolutions(self.indenter, fine=tolerance < 0.003)
         return next((levels for least, levels in FITTED_LEVELS if tolerance >= least), FINEST)
 
     def refusal(self, task: Task[IndenterGeometry]) -> str:
         if self.straight:
-            number = punch_mesh.face_grid(task.geometry, task.resolution).unknowns
-            most = punch_mesh.MOST_UNKNOWNS
+            number = face_grid(task.geometry, task.resolution).unknowns
+            most = MOST_UNKNOWNS
             return f"about {number} unknowns, more than {most}" if number > most else ""
         return elongated(self.stretch)
 
@@ -148,9 +158,7 @@ class Fem(FemSolver[IndenterGeometry]):
 
     def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
         body = self.body(task)
-        truncation = (
-            TRUNCATION_SQUARE if punch_mesh.second_order(self.indenter) else TRUNCATION_GRID
-        )
+        truncation = TRUNCATION_SQUARE if second_order(self.indenter) else TRUNCATION_GRID
         if body.ring is not None:
             largest = TRUNCATION_SHARP if self._sharp(task.geometry) else TRUNCATION_SMOOTH
             truncation = largest / task.resolution**3
@@ -162,7 +170,7 @@ class Fem(FemSolver[IndenterGeometry]):
             load = LoadPath(task.loads.control, loads)
             if body.ring is None:
                 pressed = body if points == "nodes" else fem.at_quadrature_points(body)
-                gap = punch_mesh.face_gap(task.geometry, pressed.points)
+                gap = face_gap(task.geometry, pressed.points)
                 found = fem.press(pressed, gap, load, self.enforcement)
                 contacts = ((pressed, contact) for contact in found)
             else:
@@ -190,7 +198,7 @@ class Fem(FemSolver[IndenterGeometry]):
     def _mesh(self, task: Task[IndenterGeometry]) -> fem.RingMesh | fem.TensorMesh:
         geometry = task.geometry
         if self.straight:
-            return punch_mesh.face_grid(geometry, task.resolution)
+            return face_grid(geometry, task.resolution)
         # The size is arbitrary: a half-space has no length, and each load scales the mesh.
         return fem.RingMesh(
             geometry.contact_radius,
@@ -245,7 +253,7 @@ def _quadratic(scene: Scene) -> bool:
     if scene.indenter is None or scene.counter_body is not None or scene.body is not None:
         return False
     if scene.indenter.outline is not None:
-        return punch_mesh.second_order(scene.indenter)
+        return second_order(scene.indenter)
     return scene.indenter.quarter_symmetric
 
 
@@ -269,3 +277,168 @@ def elongated(stretch: tuple[float, float]) -> str:
     if longer <= LARGEST_ASPECT:
         return ""
     return f"a contact {longer:.0f} times as long as wide: elements are tested to {LARGEST_ASPECT}"
+
+
+# Twenty seconds of elimination on one core.
+MOST_UNKNOWNS = 150_000
+# Faces longer than this, in widths, take an even grid of first order: crowded lines along all of
+# the length would be too many.
+LONGEST_CROWDED = 8
+SYMMETRIES = {planes: name for name, planes in fem.SYMMETRIES.items()}
+
+
+def second_order(indenter: Indenter) -> bool:
+    """Whether a face is meshed with crowded lines and elements of second order."""
+    corners = indenter.outline
+    if corners is None:
+        return False
+    sides = np.abs(np.roll(corners, -1, axis=0) - corners)
+    right_angled = bool((sides.min(axis=1) <= 1e-9 * sides.max()).all())
+    short, long = sorted(indenter.reach(0.0))
+    return right_angled and long <= LONGEST_CROWDED * short
+
+
+def face_resolutions(indenter: Indenter, *, fine: bool) -> tuple[int, ...]:
+    """Return elements per radius of the circle of equal area."""
+    if not second_order(indenter):
+        return 5, 7, 9  # trilinear cells, and a staircase along oblique edges
+    if isinstance(indenter, PolygonPunch):
+        return 3, 4, 5
+    return (4, 6, 8) if fine else (3, 4, 6)
+
+
+def face_grid(geometry: IndenterGeometry, resolution: int) -> fem.TensorMesh:
+    """Return the mesh lines of a face; on the positive side only, where it is its mirror image."""
+    indenter = geometry.indenter
+    assert indenter.outline is not None
+    crowded = second_order(indenter)
+    lines = []
+    for marks, half, mirrored in zip(
+        indenter.outline.T, geometry.reach, indenter.even, strict=True
+    ):
+        # On the short side of a long face no fewer cells than a square would have: else the series
+        # of resolutions would refine the long side only, and tell nothing.
+        square = round(np.sqrt(np.pi) / 2 * resolution)
+        count = max(2, square, round(half * resolution / geometry.contact_radius))
+        if mirrored:
+            marks = np.append(np.abs(marks), 0.0)
+        # through the marks, but for those too close to another
+        step = half / count
+        first, *inner, last = np.unique(marks)
+        through = [first]
+        for mark in inner:
+            if min(mark - through[-1], last - mark) > 0.5 * step:
+                through.append(mark)
+        through.append(last)
+        # Crowded, lines come closer to the marks with the square of their number; not to the first
+        # one where that is a plane of symmetry and no edge.
+        parts = []
+        for low, high in pairwise(through):
+            share = np.linspace(0.0, 1.0, 1 + max(2, round((high - low) / step)))[:-1]
+            if crowded and (low > first or not mirrored):
+                share = np.where(share < 0.5, 2.0 * share**2, 1.0 - 2.0 * (1.0 - share) ** 2)
+            elif crowded:
+                share = 1.0 - (1.0 - share) ** 2
+            parts.append(low + (high - low) * share)
+        lines.append(np.append(np.concatenate(parts), last))
+    return fem.TensorMesh(lines[0], lines[1], SYMMETRIES[indenter.even], 2 if crowded else 1)
+
+
+def face_gap(geometry: IndenterGeometry, points: np.ndarray) -> np.ndarray:
+    """Return 0 at points on the face and inf beside; a node on a side belongs to the face."""
+    indenter, (x, y) = geometry.indenter, points.T
+    assert indenter.outline is not None
+    near = distance_to_outline(x, y, indenter.outline) < 1e-9 * geometry.contact_radius
+    return np.where(near, 0.0, indenter.gap(x, y))
+
+
+# Cells of the grid per element along a contact radius: it covers the geometric overlap.
+COVERED = 1.45
+# Gaps beyond so many penetrations count as these: none of them closes, and the pressure functions
+# of quadratic elements have both signs, so that an edge that rises steeply within an element would
+# be a negative gap on the flat face beside it.
+WIDEST = 2.0
+
+
+class FemPair(FemSolver[IndenterGeometry]):
+    """Two elastic half-spaces in quarter symmetry, pressed together load by load."""
+
+    name = "fem"
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.indenter = needed(scene.indenter, "an indenter and its counter body only")
+        self.stretch = contact_stretch(self.indenter)
+        self.coupling = scene.methods.fem.coupling
+        self.counter_body = needed(scene.counter_body, "no [counter_body]")
+
+    @classmethod
+    def takes(cls, scene: Scene) -> bool:
+        return meshes_both(scene)
+
+    def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
+        """Elements per contact radius."""
+        return (3, 4, 6) if self.scene.compare.tolerance < 0.003 else (2, 3, 4)
+
+    def refusal(self, task: Task[IndenterGeometry]) -> str:
+        return elongated(self.stretch)
+
+    def memory(self, task: Task[IndenterGeometry]) -> float:
+        """Bytes of the elements of one body, and of the elimination of the other, the larger."""
+        first, second = (_mesh(task, cells) for cells in _cells(task))
+        return bytes_of_elements(first) + bytes_of_elimination(second)
+
+    def model(self, geometry: IndenterGeometry) -> str:
+        coupling = self.coupling.replace("_", "-")
+        return (
+            f"a quarter of both bodies, on grids that do not match, {coupling} contact between "
+            "them, scaled to each load; outside them Boussinesq fields"
+        )
+
+    def solve(self, task: Task[IndenterGeometry]) -> Solution:
+        """Solve as others do; its meshes are not fitted to the contact."""
+        solution = super().solve(task)
+        return replace(solution, contact="pair") if solution.contact == "single" else solution
+
+    def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
+        tables = self.scene.half_space, self.counter_body
+        bodies = [
+            fem.half_space_body(_mesh(task, cells), fem.Material(*table.elastic_constants))
+            for cells, table in zip(_cells(task), tables, strict=True)
+        ]
+        pair = couple(*bodies, coupling=self.coupling)
+        geometry, steps = task.geometry, len(task.loads.values)
+
+        def press(loads: np.ndarray) -> Iterator[Step]:
+            for step in range(steps - len(loads), steps):
+                size = geometry.contact_radii[step] / geometry.contact_radius
+                if not size > 0.0:
+                    raise NoAnswerError(geometry.unreached.get(step, "no estimate of its contact"))
+                scaled = pair.scaled(size)
+                load = Load(task.loads.control, task.loads.values[step])
+                deep = WIDEST * geometry.penetrations[step]
+
+                def below(x: np.ndarray, y: np.ndarray, deep: float = deep) -> np.ndarray:
+                    return np.minimum(self.indenter.gap(x, y), deep)
+
+                (contact,) = scaled.press(below, load)
+                body, area = scaled.combined, contact.contact_area
+                if self.indenter.axisymmetric:
+                    area = round_area(body, contact)
+                gap = self.indenter.gap(*body.points.T)
+                # The fields in the half-space of the scene, on which the pressures live.
+                inside = partial(recovered, scaled.slave, scaled.forces(contact)[0])
+                yield contact_step(task, body, gap, contact, area, body_fields=inside)
+
+        yield Row(press, unknowns=pair.combined.unknowns)
+
+
+def _cells(task: Task[IndenterGeometry]) -> tuple[int, int]:
+    """Return elements per contact radius of both bodies, whose grids do not match."""
+    return task.resolution, task.resolution + 1
+
+
+def _mesh(task: Task[IndenterGeometry], cells: int) -> fem.TensorMesh:
+    share = np.linspace(0.0, 1.0, round(COVERED * cells) + 1)
+    half_x, half_y = task.geometry.reach
+    return fem.TensorMesh(half_x * share, half_y * share, symmetry="quarter", order=2)

@@ -13,8 +13,7 @@ from functools import partial
 import numpy as np
 
 from comparisons.facts.methods import REPEATING_ELEMENTS
-from comparisons.geometry.estimates import elastic_body
-from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
+from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry, elastic_body
 from comparisons.methods.fem.indenter import (
     FAR,
     TRUNCATION_GRID,

@@ -8,8 +8,7 @@ from functools import lru_cache, partial
 import numpy as np
 
 from comparisons.facts.quantities.rows import HALF_AXES
-from comparisons.geometry.estimates import elastic_body
-from comparisons.geometry.prepare import IndenterGeometry
+from comparisons.geometry.prepare import IndenterGeometry, elastic_body
 from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.scene.indenters.axisymmetric import Cone, Cylinder, Paraboloid, PowerLaw
 from comparisons.scene.indenters.indenter import Indenter

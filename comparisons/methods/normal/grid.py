@@ -1,4 +1,4 @@
-"""Common parts of methods on grids of cells: the grid of a scene, the quantities of a contact."""
+"""Methods on grids of cells: the grid of a scene, the quantities of a contact, flat punches."""
 
 from __future__ import annotations
 
@@ -11,20 +11,27 @@ import numpy as np
 
 from comparisons.facts.quantities.rows import HALF_AXES
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
-from comparisons.methods.normal.grid_punches import Respond, solve_punch
 from comparisons.methods.solver import Solver
 from comparisons.scene.indenters.not_round import Ellipsoid
+from comparisons.scene.polygons import area_fractions, offset_outline, signed_area
 from comparisons.scene.scene import Scene
 from comparisons.tasks.distributions import Stretches, of_values, wanted
 from comparisons.tasks.shown_loads import MOST_POINTS, grid_pressure
-from comparisons.tasks.solution import Solution
+from comparisons.tasks.solution import Solution, Stopwatch
 from comparisons.tasks.steps import Row, Step
 from comparisons.tasks.task import Task
 from reference.contact.body import ElasticBody
 from reference.errors import ConvergenceError
-from reference.halfspace import Contact
+from reference.halfspace import Contact, FreeOperator
 from reference.halfspace import areas as area_measures
 from reference.halfspace.areas import located_area, on_whole_patch, reaches_rim
+from reference.halfspace.punches import (
+    EDGE_OFFSET,
+    EDGE_SCATTER,
+    SMOOTH_SCATTER,
+    FaceResponse,
+    respond,
+)
 
 # Blocks a side of a stored field; fields of up to MOST_POINTS cells are stored as they are.
 SIDE = 512
@@ -398,3 +405,78 @@ def contact_fields(task: Task, contact: Contact, grid: Grid) -> dict[str, np.nda
         fields["size"] = np.array(task.geometry.size)
         fields["contact"] = coarse(contact.pressure > 0)  # of a block the share in contact
     return fields
+
+
+Respond = Callable[[FreeOperator, np.ndarray], FaceResponse]
+# Corners of the polygon that stands for an ellipse: its outline errs by 1e-6 of the radius.
+_CORNERS = 4096
+# For readers of its pressure.
+RIM = "a cell on the rim carries the force on its part of the face, its middle may lie beyond"
+
+
+def punch_grid(geometry: IndenterGeometry, area: float, cells: int) -> tuple[Grid, np.ndarray]:
+    """Return square cells, so many per contact radius, and their shares below a face of an area.
+
+    The outline, of an ellipse a fine polygon of the same area, is moved outwards by what the cells
+    put the edge too far in.
+    """
+    side, corners = geometry.contact_radius / cells, geometry.indenter.outline
+    if corners is None:
+        angle = 2 * np.pi * np.arange(_CORNERS) / _CORNERS
+        ellipse = np.stack([np.cos(angle), np.sin(angle)], axis=1) * geometry.indenter.reach(0.0)
+        corners = np.asarray(ellipse * np.sqrt(area / signed_area(ellipse)))
+    corners = offset_outline(corners, EDGE_OFFSET * side)
+    reach = np.abs(corners).max(axis=0)
+    shape = (2 * int(np.ceil(reach[0] / side - 1e-9)), 2 * int(np.ceil(reach[1] / side - 1e-9)))
+    origin = (-shape[0] * side / 2, -shape[1] * side / 2)
+    fractions = area_fractions(corners, shape, (side, side), origin)
+    return Grid(np.where(fractions > 0, 0.0, np.inf), (side, side), origin), fractions
+
+
+def solve_punch(
+    task: Task, geometry: IndenterGeometry, area: float, solver: Respond = respond
+) -> Solution:
+    """Solve a flat face of this area once, and scale the answer to every load: F = k d."""
+    with Stopwatch() as setup:
+        grid, fractions = punch_grid(geometry, area, task.resolution)
+        operator = FreeOperator(fractions.shape, grid.spacing, task.scene.effective_modulus)
+    cells = int(np.count_nonzero(fractions))
+    answer = solver(operator, fractions)
+    loads, stiffness = task.loads.values, answer.stiffness
+    depths = loads if task.loads.control == "penetration" else loads / stiffness
+    curves = {
+        "penetration": depths,
+        "force": stiffness * depths,
+        "contact_area_raw": float(cells * operator.cell_area),
+        "contact_area": area,
+        "stiffness": stiffness,
+        "energy": stiffness * depths * (depths / 2),
+    }
+    solution = Solution.of(
+        task,
+        curves,
+        unknowns=cells,
+        iterations=answer.iterations,
+        violation=answer.residual,
+        setup_seconds=setup.seconds,
+    )
+    solution.exact = ("contact_area", "contact_radius", "equivalent_radius")
+    # The stiffness goes with the radius: both err by the same share.
+    scatter = SMOOTH_SCATTER if geometry.indenter.outline is None else EDGE_SCATTER
+    solution.truncation = scatter / task.resolution
+    last = float(depths[-1])
+    solution.fields = {"penetration": np.array(last)}
+    if task.wants_pressure:  # the arrays that plots use, as for every half-space solution
+
+        def pressure(depth: float) -> dict[str, np.ndarray]:
+            return grid_pressure(*grid.centres, depth * answer.pressure)
+
+        for step, depth in enumerate(depths):
+            solution.keep(task, (0, step), partial(pressure, float(depth)))
+        displacement = last * operator.apply(answer.pressure)
+        solution.fields |= pressure(last) | {
+            "pressure_weight": np.full(displacement.size, operator.cell_area),
+            "displacement": displacement.ravel(),
+            "gap": (grid.gap + displacement - last).ravel(),
+        }
+    return solution

@@ -24,8 +24,7 @@ from comparisons.geometry.prepare import Geometry, RoughGeometry
 from comparisons.methods.solver import Refused
 from comparisons.scene.indenters import axisymmetric as round_shapes
 from comparisons.scene.indenters.indenter import Indenter
-from comparisons.scene.indenters.not_round import Ellipsoid
-from comparisons.scene.indenters.punches import EllipticPunch
+from comparisons.scene.indenters.not_round import Ellipsoid, EllipticPunch
 from comparisons.scene.loading import AbsoluteLoads
 from comparisons.scene.scene import Scene
 from reference.bounds import flat_faces, homogeneous, revolution

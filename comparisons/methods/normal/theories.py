@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from comparisons.geometry.prepare import RoughGeometry
-from comparisons.methods.normal.reduced_lines import whole_spectrum
+from comparisons.methods.normal.reduced import whole_spectrum
 from comparisons.methods.solver import Refused, Solver
 from comparisons.scene.scene import Scene
 from comparisons.tasks.distributions import edges, wanted

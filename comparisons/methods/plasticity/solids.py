@@ -12,7 +12,7 @@ import numpy as np
 from comparisons.geometry.prepare import IndenterGeometry, equivalent_profile
 from comparisons.methods.fem.indenter import PARTS, contact_stretch
 from comparisons.methods.particles import Mca, contact_step, net_of
-from comparisons.methods.plasticity.indentation import (
+from comparisons.methods.plasticity.laws import (
     FIRST_PRESSURE,
     PHYSICS,
     estimated_radius,

@@ -26,7 +26,7 @@ from comparisons.judging.verdicts import NOT_RESOLVED, OUTSIDE, WITHIN, WORST_FI
 from comparisons.questions.claims.families import HERE, Keys, builtin_claims
 from comparisons.questions.claims.record import HOLDS, ClaimRecord, PointRecord, stored
 from comparisons.results.record import SceneRecord
-from comparisons.scene.indenters.punches import EllipticPunch, RightAngledPunch
+from comparisons.scene.indenters.not_round import EllipticPunch, RightAngledPunch
 from comparisons.scene.loading import AbsoluteLoads, loads_of
 from comparisons.scene.scene import Scene, load_scene
 from comparisons.scene.surface import SelfAffine

@@ -8,7 +8,7 @@ import numpy as np
 from scipy import stats
 
 from comparisons.judging.uncertainty import combined, ratio_of_means
-from comparisons.methods.normal.reduced_lines import line_values
+from comparisons.methods.normal.reduced import line_values
 from comparisons.questions.experiments.experiment import (
     Count,
     Finding,

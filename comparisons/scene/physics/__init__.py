@@ -1,4 +1,1 @@
-"""Physics beyond frictionless elastic contact: tables, valid combinations, load paths.
-
-Scenes without these tables do not use this package.
-"""
+"""Physics beyond frictionless elastic contact; scenes without its tables do not use them."""

@@ -5,7 +5,7 @@ import pytest
 
 from comparisons.geometry.prepare import equivalent_profile, prepare
 from comparisons.judging.truth import truths
-from comparisons.methods.normal.reduced_lines import line_spectrum
+from comparisons.methods.normal.reduced import line_spectrum
 from comparisons.methods.registry import solver_for
 from comparisons.scene.scene import SceneError, load_scene
 from comparisons.solving.execution import execute

@@ -7,7 +7,7 @@ import pytest
 
 from comparisons.judging.fields import distance, field_measures
 from comparisons.judging.truth import choose_truth
-from comparisons.methods.normal.reduced_lines import line_values
+from comparisons.methods.normal.reduced import line_values
 from comparisons.questions.single import solve_scene
 from comparisons.results.store import load_study
 from comparisons.scene.scene import SceneError, load_scene

@@ -9,7 +9,7 @@ import pytest
 from comparisons.judging.levels import Levels
 from comparisons.judging.truth import TRUNCATION, truths
 from comparisons.methods.fem import indenter as adapter
-from comparisons.methods.fem import punch_mesh
+from comparisons.methods.fem import indenter as single
 from comparisons.scene.scene import load_scene, make_scene, parse_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
@@ -61,10 +61,10 @@ def test_half_of_a_triangle_answers_as_the_whole(monkeypatch):
     assert plan.geometry.indenter.even == (True, False)
     assert fem_of(plan).modelled.startswith("half of a block")
     half, few = stiffness(plan, 3)
-    grid = punch_mesh.face_grid(plan.geometry, 3)
+    grid = single.face_grid(plan.geometry, 3)
     mirrored = np.concatenate([-grid.x[:0:-1], grid.x])
     whole = replace(grid, x=mirrored, symmetry="none")
-    monkeypatch.setattr(punch_mesh, "face_grid", lambda *_: whole)
+    monkeypatch.setattr(single, "face_grid", lambda *_: whole)
     full, many = stiffness(plan, 3)
     assert half == pytest.approx(full, rel=1e-9)
     assert few < 0.6 * many
@@ -74,7 +74,7 @@ def test_a_needle_takes_an_even_grid_and_says_that_it_is_no_rubber():
     """Crowded lines all along 1:100 would be 400 000 unknowns; 8-node elements end at 0.4999."""
     needle = polygon([[0.0, 0.0], [1.0, 0.0], [1.0, 0.01], [0.0, 0.01]])
     plan = plan_of(needle)
-    grid = punch_mesh.face_grid(plan.geometry, 5)
+    grid = single.face_grid(plan.geometry, 5)
     assert (grid.order, grid.symmetry) == (1, "quarter")
     assert grid.unknowns < 70_000
     rubber = "youngs_modulus = 1.0\npoisson_ratio = 0.5"
@@ -102,7 +102,7 @@ def test_planes_of_symmetry_of_polygons_are_found(corners, even):
 def test_the_unknowns_are_known_before_the_mesh_is_made(corners, resolution):
     """The count is that of all displacements: the far rim comes off it."""
     plan = plan_of(polygon(corners))
-    expected = punch_mesh.face_grid(plan.geometry, resolution).unknowns
+    expected = single.face_grid(plan.geometry, resolution).unknowns
     _, slope = stiffness(plan, resolution)
     assert slope <= expected < 1.6 * slope
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from comparisons.geometry.estimates import elastic_body
-from comparisons.geometry.prepare import prepare
+from comparisons.geometry.prepare import elastic_body, prepare
 from comparisons.methods.registry import solver_for
 from comparisons.questions.single import solve_scene
 from comparisons.scene.scene import load_scene

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from comparisons.methods.peers import lammps, live
+from comparisons.methods.peers import live
 from comparisons.methods.registry import solver_for
 from comparisons.methods.solver import Refused
 from comparisons.scene.scene import load_scene
@@ -13,7 +13,7 @@ from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 
 try:
-    lammps.LammpsLaw.code.version()
+    live.LammpsLaw.code.version()
     ABSENT = ""
 except Refused as _refused:
     ABSENT = str(_refused)
@@ -127,7 +127,7 @@ def test_scales_of_length_and_pressure_change_nothing(scene, scale):
 
 @needs_lammps
 def test_its_own_error_is_told(scene, monkeypatch):
-    monkeypatch.setattr(lammps.LammpsHertz, "coefficients", lambda self: "no_such_law 1")
+    monkeypatch.setattr(live.LammpsHertz, "coefficients", lambda self: "no_such_law 1")
     solution = solved(scene(), "lammps_hertz")
     assert "no_such_law" in solution.reasons[0, 0]
 

@@ -271,7 +271,7 @@ def test_a_malformed_answer_is_the_reason_of_lost_steps(answered, name, value, r
 
 ODD = """
 import numpy as np
-from comparisons.methods.function import method
+from comparisons.methods.solver import method
 
 def returning(name, value):
     def step(task, load, realisation):

@@ -1,4 +1,4 @@
-"""Valid combinations of tables, checked on the raw tables so that all errors are listed at once."""
+"""Tables of a scene that go together: checked before they are read, to list all errors at once."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from comparisons.facts.quantities import DEFAULT, DISTRIBUTIONS, TANGENTIAL, quantity
+from comparisons.scene.body import with_material
 from comparisons.scene.half_space import DEPTH_KEYS, HalfSpace
 from comparisons.scene.loading import PRESCRIBED
 from comparisons.scene.physics.tables import TABLES
@@ -22,9 +23,9 @@ def switched_on(data: Mapping[str, Any]) -> tuple[str, ...]:
 
 def walks_a_path(data: Mapping[str, Any]) -> bool:
     """Tell whether the normal loads are a path: in time, or because a table has a memory."""
-    loading = data.get("loading")
-    in_time = isinstance(loading, dict) and "time" in loading
-    return in_time or any(TABLES[name].remembers for name in switched_on(data))
+    return "time" in _table(data, "loading") or any(
+        TABLES[name].remembers for name in switched_on(data)
+    )
 
 
 def with_defaults(data: dict[str, Any]) -> dict[str, Any]:
@@ -38,16 +39,75 @@ def with_defaults(data: dict[str, Any]) -> dict[str, Any]:
     quantities = next((TABLES[name].compared for name in tables if TABLES[name].compared), None)
     if quantities is None:
         quantities = (*DEFAULT, *(added for name in tables for added in TABLES[name].adds))
-    loading = data.get("loading")
-    in_time = isinstance(loading, dict) and "time" in loading
-    if "dynamics" in tables and in_time:
+    if "dynamics" in tables and "time" in _table(data, "loading"):
         quantities = ("penetration", "force", "contact_area")
     return data | {"compare": {**compare, "quantities": list(quantities)}}
 
 
-def combination_problems(data: Mapping[str, Any]) -> Iterator[str]:
-    """Yield what does not go together in a scene, with the reason."""
-    tables = switched_on(data)
+def table_problems(data: dict[str, Any]) -> list[str]:
+    """Return the problems across tables: found even where the tables themselves are wrong."""
+    return [*_body_problems(data), *_physics_problems(data)]
+
+
+def _table(data: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+    """Return a raw table, empty where it is none."""
+    value = data.get(key)
+    return value if isinstance(value, dict) else {}
+
+
+def _body_problems(data: dict[str, Any]) -> Iterator[str]:
+    """Yield what does not go together in what touches, and in the loads and grids of it."""
+    loading, half_space = _table(data, "loading"), _table(data, "half_space")
+    if "directory" in data:
+        yield "directory: unknown key"
+    bodies = [key for key in ("indenter", "surface") if key in data]
+    if len(bodies) != 1 and "body" not in data:
+        came = " and ".join(f"[{b}]" for b in bodies) or "none"
+        yield f"expected exactly one of [indenter] and [surface], got {came}"
+    if "surface2" in data and "surface" not in data:
+        yield "surface2: expected a [surface] beside it, the face of the other body"
+    if "indenter" in data:
+        force = loading.get("force")
+        if "mean_gap" in loading:
+            yield "loading.mean_gap: expected a [surface], an indenter has no mean gap"
+        if isinstance(force, dict) and "relative_to" in force:
+            yield "loading.force.relative_to: expected a [surface], which has h' and A0"
+    if "body" in data:
+        table = _table(data, "body")
+        if "surface" in data:
+            yield "surface: expected an [indenter] with a [body], or none for a rigid plane"
+        if table.get("symmetric_parts", 1) != 1 and "position" not in table:
+            yield "body.position: expected, because the mesh is a part (symmetric_parts)"
+        if "effective_modulus" in _table(with_material(data), "half_space"):
+            yield "body: expected E or G with nu: a finite body needs two elastic constants"
+        if "indenter" not in data and "mean_gap" in loading:
+            yield "loading.mean_gap: expected force or penetration, a [body] has no mean gap"
+    levels = _table(data, "compare").get("resolutions")
+    if "body" not in data and isinstance(levels, (list, tuple)) and 1 in levels:
+        path = f"compare.resolutions.{levels.index(1)}"
+        yield f"{path}: expected greater than or equal to 2 without a [body], got 1"
+    # what depends on depth does so in one body alone, by one law
+    for key in DEPTH_KEYS:
+        if key in _table(data, "counter_body"):
+            yield f"counter_body.{key}: expected it in [half_space] alone"
+    keys = [key for key in DEPTH_KEYS if key in half_space]
+    if not keys:
+        return
+    if "effective_modulus" in half_space:
+        yield f"half_space: expected E or G with nu: {keys[0]} needs two elastic constants"
+    if "grading" in keys and len(keys) > 1:
+        others = " and ".join(keys[:-1])
+        yield f"half_space.grading: expected no {others} beside it: one law for all depths"
+    if "layers" in keys and half_space["layers"] == []:
+        yield "half_space.layers: expected at least one layer"
+    for other in ("body", "counter_body"):
+        if other in data:
+            yield f"{other}: expected none beside half_space.{keys[0]}: one body depends on depth"
+
+
+def _physics_problems(data: Mapping[str, Any]) -> Iterator[str]:
+    """Yield what does not go together with physics, and what needs it."""
+    tables, half_space = switched_on(data), _table(data, "half_space")
     for table in tables:
         for partner, reason in TABLES[table].apart.items():
             if partner in tables:
@@ -62,14 +122,12 @@ def combination_problems(data: Mapping[str, Any]) -> Iterator[str]:
                 f"counter_body: expected no {_either(one_body)} beside it: only the moduli of "
                 f"frictionless elastic bodies add up to one{_instead_of_two(data, one_body)}"
             )
-        half_space = data.get("half_space")
         for key in DEPTH_KEYS:
-            if isinstance(half_space, dict) and key in half_space:
+            if key in half_space:
                 yield f"half_space.{key}: expected no {cause} beside it: no method here has both"
-        if isinstance(half_space, dict) and "effective_modulus" in half_space:
-            for name in tables:
-                if TABLES[name].two_constants:
-                    yield f"half_space: expected E or G with nu: {TABLES[name].two_constants}"
+        for name in tables:
+            if "effective_modulus" in half_space and TABLES[name].two_constants:
+                yield f"half_space: expected E or G with nu: {TABLES[name].two_constants}"
     loading = data.get("loading", {})
     if isinstance(loading, dict):  # which loads are missing, and which have nothing to act on
         if "loading" not in data and "dynamics" not in tables:
@@ -86,8 +144,7 @@ def combination_problems(data: Mapping[str, Any]) -> Iterator[str]:
             yield "loading: expected exactly one of penetration and force for each time, got none"
         if "substeps" in loading and not (set(TANGENTIAL) & set(loading) or walks_a_path(data)):
             yield "loading.substeps: expected a path of loads; increasing loads are already steps"
-    compare = data.get("compare")
-    names = compare.get("quantities") if isinstance(compare, dict) else None
+    names = _table(data, "compare").get("quantities")
     for name in names if isinstance(names, (list, tuple)) else ():
         needed = quantity(name).physics if isinstance(name, str) else ()
         if needed and not set(needed) & set(tables):

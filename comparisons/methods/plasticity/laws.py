@@ -1,39 +1,55 @@
-"""Indenters on a half-space that yields: springs, Hertz's contact up to first yield, fits.
+"""A half-space that yields by a law: springs, Hertz's contact up to first yield, fits, hardness.
 
 What all methods share (material, shape, first yield); springs by the readings of the chapter's rule
 and by Zunker & Kamrin; Hertz (Johnson 1985); fits by Kogut & Etsion and by Jackson & Green of a
-deformable ball under a rigid flat.
+deformable ball under a rigid flat. Below rough surfaces a grid with its pressure capped at a
+hardness, and lines with capped springs.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from scipy.optimize import brentq
 
 from comparisons.formatting import with_unit
-from comparisons.geometry.prepare import IndenterGeometry
+from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
+from comparisons.methods.normal.bem import BemFft
 from comparisons.methods.normal.closed_form import FormSolver
-from comparisons.methods.normal.reduced import ProfileSolver, line_picture
+from comparisons.methods.normal.grid import Grid, block_means, blocks_of, contact_step
+from comparisons.methods.normal.reduced import (
+    LineSolver,
+    ProfileSolver,
+    line_curves,
+    line_fields,
+    line_picture,
+)
 from comparisons.methods.solver import ONLY_INDENTERS, Refused, Solver, ball_radius, needed
 from comparisons.scene.indenters.indenter import Indenter
 from comparisons.scene.indenters.not_round import Ellipsoid
 from comparisons.scene.loading import loads_of
 from comparisons.scene.physics.tables.plasticity import HARDNESS, Plasticity
 from comparisons.scene.scene import Scene
-from comparisons.tasks.solution import Solution
+from comparisons.tasks.shown_loads import Fields
+from comparisons.tasks.solution import Solution, Stopwatch
+from comparisons.tasks.steps import Step
 from comparisons.tasks.task import Task
 from reduced.errors import ConvergenceError
 from reduced.loads import Load, LoadPath
-from reduced.plasticity import YieldingSprings, ZunkerKamrin, first_yield
+from reduced.plasticity import Yielding, YieldingSprings, ZunkerKamrin, first_yield, walk
 from reduced.profiles.equivalents import Profile
 from reduced.springs.indent import indent
 from reduced.springs.line import Springs
+from reference import loads as reference_loads
 from reference.closed_form import ellipsoid
+from reference.contact.body import ElasticBody
 from reference.elasticity import Material
-from reference.plastic import PlasticMaterial, yield_depth, yield_pressure
+from reference.halfspace.areas import located_area
+from reference.plastic import PlasticMaterial, capped, yield_depth, yield_pressure
 from reference.plastic.dent_formulas import (
     Fit,
     FlattenedBall,
@@ -306,3 +322,106 @@ class JacksonGreen(FittedBall):
 
     name = "jackson_green"
     fitted = staticmethod(jackson_green)
+
+
+class GridPlasticity(BemFft):
+    """The half-space below a rough surface, elastic up to a hardness, perfectly plastic there."""
+
+    physics = PHYSICS
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.plasticity = needed(scene.plasticity, "no [plasticity]")
+        if not scene.rough:
+            raise Refused(
+                "a pressure capped at a hardness is a model of rough surfaces; below one indenter "
+                "the stress in the body says where it yields"
+            )
+        if self.plasticity.hardens:
+            raise Refused("caps its pressure at one hardness: without hardening")
+        self.beside = f"pressure capped at {HARDNESS} Y"
+
+    def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
+        """Return two grids: what yields is searched for at every load."""
+        return super().resolutions(geometry)[:2]
+
+    def _steps(
+        self, task: Task, operator: ElasticBody, grid: Grid, loads: np.ndarray
+    ) -> Iterator[Step]:
+        hardness, tolerance = self.plasticity.hardness, self.tolerance
+        path = reference_loads.LoadPath(task.loads.control, loads)
+        for dent in capped.along(operator, grid.gap, hardness, path, tolerance=tolerance):
+            # first, as the step of the elastic contact may forget the displacement
+            area = located_area(dent.contact, hardness, patch=True)
+            elastic = contact_step(task, operator, dent.contact, grid)
+            yielded = {
+                "contact_area": area,
+                "residual_depth": dent.residual_depth,
+                "plastic_share": dent.plastic_share,
+            }
+            yield replace(
+                elastic,
+                quantities={**elastic.quantities, **yielded},
+                fields=partial(_fields, elastic, dent),
+            )
+
+
+def _fields(elastic: Step, dent: capped.Dent) -> Fields:
+    """Return the fields of the contact, and the depth to which the surface stays dented."""
+    assert elastic.fields is not None
+    fields, sunk = dict(elastic.fields()), dent.sunk
+    dented = block_means(sunk, blocks_of(sunk.shape))
+    if "gap" in fields:
+        fields["gap"] = fields["gap"] + dented.ravel()
+    return fields | {"dent": dented}
+
+
+class LinePlasticity(LineSolver):
+    """Rough lines whose springs are capped by the local stress rule, with memory."""
+
+    name = "reduced"
+    physics = PHYSICS
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        options = scene.methods.reduced
+        plasticity = needed(scene.plasticity, "no [plasticity]")
+        if plasticity.model == "zunker_kamrin":
+            raise Refused("Zunker & Kamrin's springs are for a ball")
+        local = options.stress == "local" or plasticity.model == "elastic_root"
+        if local and options.stress == "one_radius":
+            raise Refused("with the elastic part of deflections, springs need their own curvature")
+        self.springs = Yielding(
+            self.modulus,
+            plasticity.hardness,
+            plasticity.model,
+            "own_curvature" if local else "one_radius",
+            options.edges,
+        )
+        self.beside = " that stay elastic"
+        if plasticity.model != "none":
+            whose = "their own curvature" if local else "their contact"
+            part = "the elastic part of " if plasticity.model == "elastic_root" else ""
+            hardening = "; hardening is left out" if plasticity.hardens else ""
+            self.beside = (
+                f", capped where the stress (19.37) by {part}their deflection and the radius of "
+                f"{whose} reaches {HARDNESS} Y{hardening}"
+            )
+
+    def block(self, resolution: int) -> int:
+        """Return how many lines are one task: they are led one by one."""
+        return min(25, super().block(resolution))
+
+    def solve(self, task: Task[RoughGeometry]) -> Solution:
+        with Stopwatch() as setup:
+            lines = self.draw(task)
+        yielded = walk(
+            lines.rough, self.springs, LoadPath(task.loads.control, lines.loads(task.loads))
+        )
+        curves = line_curves(yielded.contact, lines) | {
+            "residual_depth": yielded.residual_depth,
+            "plastic_share": yielded.plastic_share,
+        }
+        solution = Solution.of(task, curves, unknowns=lines.points, setup_seconds=setup.seconds)
+        solution.fields = line_fields(lines, float(yielded.contact.penetration[0, -1]))
+        return solution
