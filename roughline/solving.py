@@ -69,10 +69,6 @@ class Solution(SingleResult):
         """Names of the quantities available as ``solution[name]``."""
         return list(self.columns())
 
-    def __getitem__(self, quantity: str) -> np.ndarray:
-        """Return a quantity over the load steps (means over realisations), NaN where unsolved."""
-        return self.column(quantity)
-
     @property
     def pressure(self) -> dict[str, np.ndarray]:
         """Pressure at the last load: {r, p} for circular contacts, else {x, y, p}.
@@ -205,14 +201,6 @@ class Solution(SingleResult):
         if quantity is not None:
             self[quantity]  # an unknown one is told
         return single(solution_figure(self, quantity))
-
-    def to_csv(self, path: str | Path) -> None:
-        """Write the load steps as a table."""
-        self.write_csv(Path(path))
-
-    def to_vtu(self, path: str | Path) -> None:
-        """Write the fields at the last load for ParaView (`solve` with ``fields=True``)."""
-        self.write_vtu(Path(path))
 
     @property
     def notes(self) -> tuple[str, ...]:

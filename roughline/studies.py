@@ -13,7 +13,7 @@ from comparisons import formatting as fmt
 from comparisons.errors import InputError
 from comparisons.methods.user.external import brought
 from comparisons.questions import study
-from comparisons.questions.campaign import Campaign, Watch
+from comparisons.questions.campaign import Campaign
 from comparisons.results import run_comparison
 from comparisons.results.finding import methods_of
 from comparisons.results.folder import held
@@ -177,6 +177,11 @@ class Study:
             overrides["compare.methods"] = methods
         effort: Effort = "full" if full else "quick"
         sources = scenes if isinstance(scenes, (list, tuple)) else [scenes]
+
+        def watch(campaign: Campaign[Any, Any], done: Done | None) -> None:
+            if progress is not None:
+                progress(*campaign.counts, None if done is None else done.job.arguments[0])
+
         self._study = study.Study(
             plan_all(
                 *(sources, overrides, effort, {"compare.methods": "methods"}),
@@ -188,7 +193,7 @@ class Study:
             executor=Workers(workers, scheduler).executor(),
             resume=resume,
             overwrite=overwrite,
-            watch=None if progress is None else _reporting(progress),
+            watch=watch,
         )
 
     @property
@@ -203,16 +208,6 @@ class Study:
         """
         self._study.run()
         return load_results(self._study.directory)  # as everybody else will read it
-
-
-def _reporting(progress: Progress) -> Watch:
-    """Return what tells a progress function of each solve."""
-
-    def watch(campaign: Campaign[Any, Any], done: Done | None) -> None:
-        solved, total = campaign.counts
-        progress(solved, total, None if done is None else done.job.arguments[0])
-
-    return watch
 
 
 def load_results(folder: str | Path) -> Results:
@@ -270,15 +265,16 @@ class Changes:
         ]
         return pd.DataFrame(rows)
 
+    @property
+    def _notable(self) -> list[Change]:
+        return [change for change in self.record.changes if change.kinds != (SAME,)]
+
     def __repr__(self) -> str:
-        notable = [change for change in self.record.changes if change.kinds != (SAME,)]
-        lines = [f"{c.scene} {c.method} {c.resolution}: {c.text}" for c in notable]
+        lines = [f"{c.scene} {c.method} {c.resolution}: {c.text}" for c in self._notable]
         return "\n".join([self.record.sentence, *self.notes, *lines])
 
     def _repr_html_(self) -> str:
-        notable = sorted(
-            (c for c in self.record.changes if c.kinds != (SAME,)), key=lambda c: not c.bad
-        )
+        notable = sorted(self._notable, key=lambda change: not change.bad)
         body = notebook.table(changes(notable[:MOST_CHANGES])) if notable else ""
         left = notebook.more(len(notable) - MOST_CHANGES, "solves that changed")
         return notebook.block(self.record.sentence, *self.notes, body, left)

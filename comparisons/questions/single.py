@@ -92,8 +92,11 @@ class SingleResult:
         """Return what is solved, and what is proved beside it."""
         return self.solved() | dict(self.proved)
 
-    def column(self, name: str) -> np.ndarray:
-        """Return one of `columns`; KeyError with the names that there are."""
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Return one of `columns` over the load steps, NaN where unsolved.
+
+        KeyError with the names that there are.
+        """
         columns = self.solved()
         if name not in columns:
             columns = self.columns()
@@ -166,18 +169,18 @@ class SingleResult:
             several[name] = {"low": bins[:-1][some], "high": bins[1:][some], "amount": amount[some]}
         return several
 
-    def write_csv(self, path: Path) -> None:
+    def to_csv(self, path: str | Path) -> None:
         """Write the load steps as a table."""
         table = pd.DataFrame(self.columns())
         table.insert(0, "step", range(len(table)))
-        write_named_text(path, table_text(table))
+        write_named_text(Path(path), table_text(table))
 
-    def write_vtu(self, path: Path) -> None:
-        """Write the fields at the last load; InputError if there are none on a mesh."""
+    def to_vtu(self, path: str | Path) -> None:
+        """Write the fields at the last load for ParaView; InputError if none are on a mesh."""
         content = vtu_file(self.solution.fields)
         if content is None:
             raise InputError(f"--vtu: {self.method} has no field on a mesh for this scene")
-        write_named(path, lambda stream: stream.write(content))
+        write_named(Path(path), lambda stream: stream.write(content))
 
 
 def solve_scene(

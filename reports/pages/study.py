@@ -39,7 +39,7 @@ from reports.plots.style import look
 from reports.tables import cells
 from reports.tables import scene as tables
 from reports.tables.card import card, not_known_here
-from reports.tables.cells import Head, Table, table
+from reports.tables.cells import Cell, Head, Table
 from reports.tables.judged import finding_table, not_computed, prepared_table
 from reports.tables.runs import plan_rows
 
@@ -234,14 +234,12 @@ def scene_view(scene: SceneRecord, anchor: str) -> SimpleNamespace:
 def compared_methods(scenes: tuple[SceneRecord, ...]) -> list[str]:
     """Return the labels of the methods that solved a scene and are not themselves judged."""
     judged = {MODEL, *(name for scene in scenes for name in scene.judged_methods)}
-    names = [m for scene in scenes for m in scene.methods]
-    solved = {m for scene in scenes for m in set(names) if len(scene.solved_rows(m))}
-    ordered = [name for name in ours() if name in solved]
-    ordered += [name for name in dict.fromkeys(names) if name in solved and name not in ordered]
+    names = [method for scene in scenes for method in scene.methods]
+    solved = {m for scene in scenes for m in set(names) if len(scene.solved_rows(m))} - judged
     return [
         label
-        for name in ordered
-        if name not in judged
+        for name in dict.fromkeys((*ours(), *names))
+        if name in solved
         for label in dict.fromkeys(look(name, scene).label for scene in scenes)
     ]
 
@@ -249,32 +247,27 @@ def compared_methods(scenes: tuple[SceneRecord, ...]) -> list[str]:
 def times_to_errors(scene: SceneRecord, advice: Advice) -> Table:
     """Return the cheapest setting of each method that reaches 1 %, 0.1 % and the tolerance."""
     errors = sorted({*FIXED_ERRORS, scene.tolerance}, reverse=True)
-    columns = {error: advice.cheapest_for(error) for error in errors}
-    methods = {name for settings in columns.values() for name in settings}
-    heads = (
-        Head(f"time to {fmt.tolerance(error)}", csv=f"time to {error:g} / s") for error in errors
-    )
-    rows = []
-    for name in scene.methods:
-        if name not in methods:
-            continue
-        row = [cells.method(name, scene=scene)]
-        for settings in columns.values():
-            setting = settings.get(name)
-            if setting is None:
-                row.append(cells.NOTHING)
-                continue
-            star = "*" if setting.judges_itself and not setting.is_truth else ""
-            text = f"{fmt.duration(setting.seconds)}{star} (N = {setting.resolution})"
-            row.append(cells.number(text, setting.seconds))
-        rows.append(row)
+    reached = {error: advice.cheapest_for(error) for error in errors}
+    methods = [m for m in scene.methods if any(m in settings for settings in reached.values())]
+
+    def cell(setting: Setting | None) -> Cell:
+        if setting is None:
+            return cells.NOTHING
+        star = "*" if setting.judges_itself and not setting.is_truth else ""
+        text = f"{fmt.duration(setting.seconds)}{star} (N = {setting.resolution})"
+        return cells.number(text, setting.seconds)
+
+    columns = [(Head("method"), [cells.method(name, scene=scene) for name in methods])]
+    for error, settings in reached.items():
+        head = Head(f"time to {fmt.tolerance(error)}", csv=f"time to {error:g} / s")
+        columns.append((head, [cell(settings.get(name)) for name in methods]))
     quantities = ", ".join(quantity(name).label for name in advice.quantities)
     note = (
         "Measured time of the cheapest setting that was run with |e| + u below this value in "
         f"{quantities}, at every load step, for this setting and all finer ones of the method. "
         f"–: none. {ITSELF}; the reference counts with its own error bar."
     )
-    return table(("method", *heads), rows, note=note)
+    return cells.of_columns(columns, note=note)
 
 
 # Tolerances that the slider offers; in the middle of a decade 2 and 5, as on every axis.

@@ -10,7 +10,6 @@ import re
 import textwrap
 from base64 import b64encode
 from collections.abc import Sequence
-from contextlib import AbstractContextManager
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
@@ -108,7 +107,7 @@ class PaperFigure(Drawing):
     def savefig(self, fname: Any, **options: Any) -> None:
         """Save in roughline's style, without dates; the suffix determines the format."""
         kind = options.get("format") or Path(fname).suffix.lstrip(".")
-        with house_style():
+        with mpl.rc_context(_RC):
             options.setdefault("metadata", _METADATA.get(kind))
             super().savefig(fname, **options)
 
@@ -119,11 +118,6 @@ class PaperFigure(Drawing):
         width = round(self.get_figwidth() * 110)
         style = f"width:{width}px;max-width:100%;background:#fff"
         return f'<img alt="plot of results" style="{style}" src="data:image/png;base64,{data}">'
-
-
-def house_style() -> AbstractContextManager[None]:
-    """Return a context in which figures are created and drawn in roughline's style."""
-    return mpl.rc_context(_RC)
 
 
 def colour(name: str) -> str:
@@ -212,7 +206,7 @@ def _sheet(
     drawn: Sequence[Figure], width: float = COLUMN, height: float = HEIGHT, columns: int = 1
 ) -> PaperFigure:
     """Return plots in rows, lettered if there are several columns, under one legend."""
-    with house_style():
+    with mpl.rc_context(_RC):
         paper = PaperFigure(figsize=(width * _MILLIMETRE, height * _MILLIMETRE))
         FigureCanvasAgg(paper)
         cells = paper.add_gridspec(-(-len(drawn) // columns), columns)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import partial
@@ -42,7 +42,6 @@ from reports.tables.written import in_markdown, latex, markdown, tex
 CHOSEN = ("verdicts", "*-overview")
 SHOWN = ("png", "svg")  # formats that Markdown shows in place
 WIDE = ("verdicts", "-overview")
-Advance = Callable[[int, int, str], object]
 
 
 def write_paper(
@@ -51,14 +50,14 @@ def write_paper(
     formats: Sequence[str] = ("pdf",),
     *,
     figures: Sequence[str] = CHOSEN,
-    advance: Advance = lambda done, total, name: None,
+    each: Callable[[Sequence[Drawable]], Iterable[Drawable]] = iter,
 ) -> list[Path]:
     """Write chosen figures, the tables in LaTeX and Markdown, and an index; return the files.
 
     Formats are "pdf", "svg" and "png"; figures are names or patterns of them: "ball-error-force",
-    "ball-*", "*". Identical results give identical bytes. `advance` is called with (figures drawn,
-    figures in all, name of the next one). InputError if a format is unknown, a pattern fits no
-    figure, or no scene of the run has results.
+    "ball-*", "*". Identical results give identical bytes. `each` may tell of the figures that it
+    passes on to be drawn. InputError if a format is unknown, a pattern fits no figure, or no scene
+    of the run has results.
     """
     suffixes = [suffix.strip() for suffix in formats]
     if not study.scenes:
@@ -84,8 +83,7 @@ def write_paper(
     ]
     written: list[Path] = []
     drawn: list[Drawable] = []
-    for done, entry in enumerate(chosen):
-        advance(done, len(chosen), entry.name)
+    for entry in each(chosen):
         figure = entry.draw()
         if figure is None:
             continue  # nothing was solved or compared
@@ -96,23 +94,16 @@ def write_paper(
             stream.seek(0)
             written.append(folder / f"{entry.name}.{suffix}")
             write_named(written[-1], partial(shutil.copyfileobj, stream))
-    advance(len(chosen), len(chosen), "tables")
-    verdicts = printed_verdicts(study.scenes)
-    printed = {file_name(scene.name, "values"): values(scene) for scene in study.scenes}
-    settings = {
-        file_name(scene.name, "settings"): printed_settings(scene) for scene in study.scenes
-    }
+    tables = {"verdicts": {"verdicts": printed_verdicts(study.scenes)}}
+    for name, made in (("settings", printed_settings), ("values", values)):
+        tables[name] = {file_name(scene.name, name): made(scene) for scene in study.scenes}
+    texts = {}
+    for name, several in tables.items():
+        texts[f"{name}.tex"] = "\n".join(latex(table, label) for label, table in several.items())
+        texts[f"{name}.md"] = "\n".join(map(in_markdown, several.values()))
     left = [name for name, entry in drawable.items() if entry not in chosen]
-    for name, text in {
-        "verdicts.tex": latex(verdicts, "verdicts"),
-        "verdicts.md": in_markdown(verdicts),
-        "settings.tex": "\n".join(latex(table, name) for name, table in settings.items()),
-        "settings.md": "\n".join(map(in_markdown, settings.values())),
-        "values.tex": "\n".join(latex(table, name) for name, table in printed.items()),
-        "values.md": "\n".join(map(in_markdown, printed.values())),
-        "figures.tex": _inclusion(drawn),
-        "index.md": _index(study, drawn, suffixes, left),
-    }.items():
+    texts |= {"figures.tex": _inclusion(drawn), "index.md": _index(study, drawn, suffixes, left)}
+    for name, text in texts.items():
         written.append(folder / name)
         write_named_text(written[-1], text)
     return written

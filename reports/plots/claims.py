@@ -12,12 +12,7 @@ from comparisons.facts.quantities import quantity
 from comparisons.geometry.plausibility import STEEPEST
 from comparisons.judging.verdicts import NOT_RESOLVED, OUTSIDE, WITHIN
 from comparisons.questions.claims.nearest import Measured, Nearest, nearest_to
-from comparisons.questions.claims.record import (
-    ClaimRecord,
-    NuisanceRecord,
-    PointRecord,
-    RangeRecord,
-)
+from comparisons.questions.claims.record import ClaimRecord, NuisanceRecord, PointRecord
 from comparisons.questions.claims.wording import error_text, value
 from comparisons.results.record import SceneRecord
 from reports.plots.axes import error_axis, error_range, tolerance_line
@@ -53,32 +48,36 @@ VALIDITY = (
 
 def evidence(claim: ClaimRecord, fewest: int = 2) -> Figure | None:
     """Return the error against the varied parameter, or None if no parameter varies."""
-    axis = Axis(fmt.greek(claim.parameter), log=claim.spacing == "log")
-    return _errors("evidence", axis, claim.points, claim.ranges, claim.tolerance, fewest)
+    return _errors("evidence", claim, claim.parameter, claim, fewest)
 
 
 def along(claim: ClaimRecord, nuisance: NuisanceRecord) -> Figure | None:
     """Return the error against a parameter that the statement leaves open, None for choices."""
-    if nuisance.choices:
-        return None
-    axis = Axis(fmt.greek(nuisance.name), log=nuisance.spacing == "log")
     key = f"along-{claim.nuisances.index(nuisance)}"
-    return _errors(key, axis, nuisance.points, nuisance.ranges, claim.tolerance)
+    return None if nuisance.choices else _errors(key, claim, nuisance.name, nuisance)
 
 
 def _errors(
     key: str,
-    axis: Axis,
-    measured: Sequence[PointRecord],
-    ranges: Sequence[RangeRecord],
-    tolerance: float,
+    claim: ClaimRecord,
+    parameter: str,
+    measured: ClaimRecord | NuisanceRecord,
     fewest: int = 2,
 ) -> Figure | None:
-    points = [p for p in measured if p.parameter is not None and p.error is not None]
+    """Return the errors of a claim, measured along a parameter at `fewest` points or more."""
+    points = [p for p in measured.points if p.parameter is not None and p.error is not None]
     if len(points) < fewest:
         return None
-    low, high = error_range(np.array([abs(p.error or 0.0) for p in points]), tolerance)
-    groups = {word: [p for p in points if p.word == word] for word in LOOKS}
+    low, high = error_range(np.array([abs(p.error or 0.0) for p in points]), claim.tolerance)
+    series = []
+    for word, style in LOOKS.items():
+        if own := [p for p in points if p.word == word]:
+            x = np.array([p.parameter for p in own], dtype=float)
+            y = np.array([max(abs(p.error or 0.0), low) for p in own])  # not below the axis
+            bars = np.array([p.uncertainty or 0.0 for p in own])
+            hover, hollow = tuple(map(_hover, own)), word == NOT_RESOLVED
+            series.append(Series(style, x, y, line=False, hollow=hollow, bars=bars, hover=hover))
+    axis = Axis(fmt.greek(parameter), log=measured.spacing == "log")
     return Figure(
         key,
         f"Error against {axis.title}",
@@ -86,24 +85,11 @@ def _errors(
         "interval, whose ends are known to the spacing of the neighbouring markers.",
         axis,
         error_axis(low, high, "magnitude of relative error"),
-        tuple(
-            Series(
-                LOOKS[word],
-                np.array([p.parameter for p in own], dtype=float),
-                # errors below the axis are placed at its edge
-                np.array([max(abs(p.error or 0.0), low) for p in own]),
-                line=False,
-                hollow=word == NOT_RESOLVED,
-                bars=np.array([p.uncertainty or 0.0 for p in own]),
-                hover=tuple(map(_hover, own)),
-            )
-            for word, own in groups.items()
-            if own
-        ),
-        levels=(tolerance_line(tolerance),),
+        tuple(series),
+        levels=(tolerance_line(claim.tolerance),),
         stretches=tuple(
             Stretch(interval.low, interval.high, GREEN, "holds")
-            for interval in ranges
+            for interval in measured.ranges
             if sum(interval.low <= (p.parameter or 0.0) <= interval.high for p in points) >= FEWEST
         ),
     )

@@ -303,7 +303,7 @@ def solution_figure(result: SingleResult, quantity: str | None = None) -> Figure
     if quantity is None:
         compared = [q for q in result.plan.scene.compare.quantities if q in columns and q != along]
         quantity = compared[0] if compared else next(iter(columns))
-    x, y = (np.asarray(result.column(name), dtype=float) for name in (along, quantity))
+    x, y = (np.asarray(result[name], dtype=float) for name in (along, quantity))
     log = along in NORMAL and wants_log(x) and bool((y[np.isfinite(y)] > 0).all())
     style = look(result.method)
     heading = result.plan.scene.heading

@@ -231,40 +231,20 @@ def _shapes(figure: Figure) -> list[dict[str, Any]]:
     """Return shaded intervals (a single point is a line), levels and guides."""
     across, up = figure.x.scale.factor, figure.y.scale.factor
     over_height = {"yref": "paper", "y0": 0, "y1": 1, "layer": "below"}
-    shapes: list[dict[str, Any]] = [
-        {
-            "type": "rect",
-            **over_height,
-            "x0": stretch.low * across,
-            "x1": stretch.high * across,
-            "line": {"width": 1, "color": _light(stretch.colour, 0.4)},
-            "fillcolor": _light(stretch.colour, 0.12),
-        }
-        for stretch in figure.stretches
-    ]
-    shapes += [
-        {
-            "type": "line",
-            "xref": "paper",
-            "x0": 0,
-            "x1": 1,
-            "y0": level.value * up,
-            "y1": level.value * up,
-            "line": {"color": level.colour, "width": 1, "dash": level.dash.plotly},
-        }
-        for level in figure.levels
-        if np.isfinite(level.value)
-    ]
-    shapes += [
-        {
-            "type": "line",
-            **over_height,
-            "x0": guide.value * across,
-            "x1": guide.value * across,
-            "line": {"color": guide.colour, "width": 1, "dash": "dot"},
-        }
-        for guide in figure.guides
-    ]
+    shapes: list[dict[str, Any]] = []
+    for stretch in figure.stretches:
+        ends = {"x0": stretch.low * across, "x1": stretch.high * across}
+        rim = {"width": 1, "color": _light(stretch.colour, 0.4)}
+        fill = {"line": rim, "fillcolor": _light(stretch.colour, 0.12)}
+        shapes.append({"type": "rect"} | over_height | ends | fill)
+    for level in figure.levels:
+        if np.isfinite(y := level.value * up):
+            pen = {"color": level.colour, "width": 1, "dash": level.dash.plotly}
+            over_width = {"xref": "paper", "x0": 0, "x1": 1, "y0": y, "y1": y}
+            shapes.append({"type": "line"} | over_width | {"line": pen})
+    for guide in figure.guides:
+        x, pen = guide.value * across, {"color": guide.colour, "width": 1, "dash": "dot"}
+        shapes.append({"type": "line"} | over_height | {"x0": x, "x1": x, "line": pen})
     return shapes
 
 

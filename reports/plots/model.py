@@ -59,22 +59,21 @@ def _line_figure(scene: SceneRecord, fields: dict[str, np.ndarray]) -> Figure:
     x, height = thinned(np.ravel(fields["line_x"]), heights)
     last = float(fields["line_penetration"])
     share = np.mean(heights >= heights.max() - last)
-
-    def pressed_by(depth: float) -> Figure:
+    empty = Figure(
+        "reduced-line",
+        "Reduced model",
+        "The first rough line of the reduced model. Points above the dashed level compress "
+        f"springs ({fmt.relative(share)} of the line{at_last_load(scene)}).",
+        Axis("along the line x", scale=fmt.prefix_for(x, "m")),
+        Axis("height h", scale=fmt.prefix_for(height, "m")),
+    )
+    frames = []
+    for depth in (*_earlier_depths(scene), last):
         level = heights.max() - depth
-        touching = np.where(height >= level, height, np.nan)
-        return Figure(
-            "reduced-line",
-            "Reduced model",
-            "The first rough line of the reduced model. Points above the dashed level compress "
-            f"springs ({fmt.relative(share)} of the line{at_last_load(scene)}).",
-            Axis("along the line x", scale=fmt.prefix_for(x, "m")),
-            Axis("height h", scale=fmt.prefix_for(height, "m")),
-            (line(LINE, x, height, 1.0), line(TOUCHING, x, touching, 3.0)),
-            levels=(Level(level, dash=DASHED),),
-        )
-
-    return moving([pressed_by(depth) for depth in (*_earlier_depths(scene), last)])
+        touching = line(TOUCHING, x, np.where(height >= level, height, np.nan), 3.0)
+        drawn = line(LINE, x, height, 1.0), touching
+        frames.append(replace(empty, series=drawn, levels=(Level(level, dash=DASHED),)))
+    return moving(frames)
 
 
 def _profile_figure(scene: SceneRecord, fields: dict[str, np.ndarray]) -> Figure | None:
@@ -89,24 +88,23 @@ def _profile_figure(scene: SceneRecord, fields: dict[str, np.ndarray]) -> Figure
         x, height = np.concatenate([-x[::-1], x]), np.concatenate([height[::-1], height])
     moves = scene.control in NORMAL and not scene.is_path
     reached = f"{fmt.with_unit(last, 'm')}{at_last_load(scene) if moves else ''}"
-
-    def pressed_by(depth: float) -> Figure:
+    empty = Figure(
+        "reduced-profile",
+        "Reduced model",
+        "The equivalent one-dimensional profile, indented to the dashed level "
+        f"({reached}). The shaded height is the compression of the springs.",
+        Axis("along the line x", scale=fmt.prefix_for(x, "m")),
+        Axis("profile g", scale=fmt.prefix_for(last, "m")),
+        (line(PROFILE, x, height),),
+        legend=False,
+    )
+    frames = []
+    for depth in (*_earlier_depths(scene), last):
         inside = height <= depth
         level = np.full(int(inside.sum()), depth)
-        return Figure(
-            "reduced-profile",
-            "Reduced model",
-            "The equivalent one-dimensional profile, indented to the dashed level "
-            f"({reached}). The shaded height is the compression of the springs.",
-            Axis("along the line x", scale=fmt.prefix_for(x, "m")),
-            Axis("profile g", scale=fmt.prefix_for(last, "m")),
-            (line(PROFILE, x, height),),
-            (Band(x[inside], height[inside], level, CONTACT, 0.35),),
-            (Level(depth, dash=DASHED),),
-            legend=False,
-        )
-
-    return moving([pressed_by(depth) for depth in (*_earlier_depths(scene), last)])
+        springs = Band(x[inside], height[inside], level, CONTACT, 0.35)
+        frames.append(replace(empty, bands=(springs,), levels=(Level(depth, dash=DASHED),)))
+    return moving(frames)
 
 
 def _earlier_depths(scene: SceneRecord) -> list[float]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from comparisons import formatting as fmt
+from comparisons.facts.quantities import quantity
 from comparisons.judging.verdicts import NO_RESULT, Verdict
 from reports.plots.style import look
 
@@ -97,7 +98,23 @@ def table(heads: Iterable[str | Head], rows: Iterable[Sequence[Cell | str]], **m
     return Table(columns, cells, **more)
 
 
+def of_columns(columns: Iterable[tuple[Head, Sequence[Cell]]], **more: Any) -> Table:
+    """Return a table of its columns, each a head with the cells below it."""
+    heads, cells = zip(*columns, strict=True)
+    return Table(heads, tuple(zip(*cells, strict=True)), **more)
+
+
 NOTHING = Cell(fmt.MISSING, float("nan"), "number")
+
+
+def column(name: str, values: Iterable[float], digits: int = 3) -> tuple[Head, list[Cell]]:
+    """Return the column of a quantity, all in one unit."""
+    row, numbers = quantity(name), list(values)
+    scale = fmt.prefix_for(numbers, row.unit)
+    symbol = row.symbol or row.label
+    head = Head(row.title(scale.unit), short=f"{symbol} / {scale.unit}" if scale.unit else symbol)
+    scaled = (value * scale.factor for value in numbers)
+    return head, [number(fmt.number(value, digits), value) for value in scaled]
 
 
 def method(name: str, label: str = "", scene: SceneRecord | None = None) -> Cell:
@@ -136,8 +153,10 @@ def error(value: float, bar: float, text: str = "") -> Cell:
     return Cell(text or fmt.plus_minus(value, bar), float(value), "number", bar=float(bar))
 
 
-def of_verdict(judged: Verdict) -> Cell:
-    """Return the error with its bar that a verdict stands on."""
+def of_verdict(judged: Verdict | None) -> Cell:
+    """Return the error with its bar that a verdict stands on, if there is one."""
+    if judged is None:
+        return NOTHING
     if judged.word == NO_RESULT:
         return replace(NOTHING, title=judged.reason)
     return error(judged.error, judged.uncertainty, judged.number)

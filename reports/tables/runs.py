@@ -63,17 +63,8 @@ def shown_columns(result: SingleResult) -> list[str]:
 def load_steps(result: SingleResult, digits: int = 4) -> Table:
     """Return one row per load step, each quantity in one unit."""
     solved = result.solved()
-    columns = {name: solved[name] for name in shown_columns(result)}
-    scales = {name: fmt.prefix_for(v, quantity(name).unit) for name, v in columns.items()}
-    heads = [quantity(name).title(scale.unit) for name, scale in scales.items()]
-    rows = zip(
-        *(
-            [cells.number(fmt.number(v * scales[name].factor, digits), float(v)) for v in values]
-            for name, values in columns.items()
-        ),
-        strict=True,
-    )
-    return table(heads, rows, title=f"{result.plan.scene.heading}: {result.method}")
+    columns = [cells.column(name, solved[name], digits) for name in shown_columns(result)]
+    return cells.of_columns(columns, title=f"{result.plan.scene.heading}: {result.method}")
 
 
 def settings(record: EnsembleRecord) -> Table:

@@ -57,42 +57,27 @@ def values(scene: SceneRecord) -> Table:
             asked = set(names) if method == scene.reference.method else {"pressure_peak"}
             found = stresses(scene, method, int(step), asked)
             rows.append((method, int(step), known | found))
-    heads = [Head("method")]
-    columns = [[cells.method(method, scene=scene) for method, *_ in rows]]
+    columns = [(Head("method"), [cells.method(method, scene=scene) for method, *_ in rows])]
     if not scene.of_one_load:
-        heads.append(Head("load step", short="step"))
-        columns.append([cells.count(step + 1) for _, step, _ in rows])
+        steps = [cells.count(step + 1) for _, step, _ in rows]
+        columns.append((Head("load step", short="step"), steps))
     for name in names:
-        row, values = quantity(name), [known[name] for *_, known in rows]
-        if shown := any(map(fmt.finite, values)):
-            scale = fmt.prefix_for(values, row.unit)
-            symbol = row.symbol or row.label
-            short = f"{symbol} / {scale.unit}" if scale.unit else symbol
-            heads.append(Head(row.title(scale.unit), short=short))
-            scaled = [value * scale.factor for value in values]
-            columns.append(
-                [
-                    cells.number(fmt.number(value, 4), value)
-                    if fmt.finite(value)
-                    else cells.NOTHING
-                    for value in scaled
-                ]
-            )
+        numbers = [known[name] for *_, known in rows]
+        if shown := any(map(fmt.finite, numbers)):
+            columns.append(cells.column(name, numbers, 4))
         if name in beside:
-            text = f"error of {row.label}"
-            heads.append(Head("error" if shown else text, "uncertainty", text))
-            judged = []
+            text, judged = f"error of {quantity(name).label}", []
             for method, *_ in rows:
                 (item,) = (item for item in scene.verdicts_on(method) if item.quantity == name)
                 truth = method == scene.reference.method
                 judged.append(cells.number("reference", 0.0) if truth else cells.of_verdict(item))
-            columns.append(judged)
+            columns.append((Head("error" if shown else text, "uncertainty", text), judged))
     title = (
         f"{scene.title}: values at every load, of the reference first, each method "
         "at its finest resolution; means over surfaces and lines where there are several. "
         "Stresses are those below the pressure that the method found."
     )
-    return Table(tuple(heads), tuple(zip(*columns, strict=True)), title=title)
+    return cells.of_columns(columns, title=title)
 
 
 def stresses(
@@ -232,57 +217,62 @@ def _compared(scene: SceneRecord) -> list[Verdict]:
 
 
 def _settings(scene: SceneRecord, pairs: list[tuple[str, str]]) -> Table:
-    names = [name for name, _ in pairs]
-    heads = [Head("method"), Head("N", "resolution"), Head("unknowns", "unknowns")]
-    heads += [Head("time", csv="time / s"), Head("set-up", "set-up", "set-up / s")]
-    heads += [Head("memory", csv="memory / B"), Head("outcome")]
-    single = [Head("surfaces"), Head("time of one", csv="time of one / s")]
-    for name, at in pairs:
-        label = quantity(name).label
-        suffix = f", equal {quantity(at).label}" if names.count(name) > 1 else ""
-        heads.append(Head(f"error of {label}{suffix}", "uncertainty", short=label))
-        single.append(Head(f"{label} of one{suffix}, 5 to 95 %", short=f"{label} of one"))
-    judged = {(v.method, v.resolution, v.quantity, v.at): v for v in _compared(scene)}
-    ensemble = any(scene.cost(*setting).surfaces > 1 for setting in _all_settings(scene))
-    rows = []
-    for method, level in _all_settings(scene):
-        solved, spent = scene.setting_rows(method, level), scene.cost(method, level)
-        unknowns, memory = (
-            next((v for v in solved[name] if np.isfinite(v)), np.nan)
-            for name in ("unknowns", "memory")
-        )
-        truth = scene.is_reference(method, level)
+    settings = _all_settings(scene)
+    solved = [scene.setting_rows(*setting) for setting in settings]
+    spent = [scene.cost(*setting) for setting in settings]
+    unknowns, memory = (
+        [next((v for v in rows[name] if np.isfinite(v)), np.nan) for rows in solved]
+        for name in ("unknowns", "memory")
+    )
+    outcomes = []
+    for method, level in settings:
         lost, total = _lost_of(scene, method, level)
         if lost:
             failed = "failed" if lost == total else f"{lost} of {total} failed"
-            outcome = Cell(failed, "failed", "failed")
-        else:
-            itself = method == scene.reference.method
-            word = "same method as the reference" if itself else "converged"
-            word = "reference" if truth else word
-            outcome = Cell(word, word)
+            outcomes.append(Cell(failed, "failed", "failed"))
+            continue
+        itself = method == scene.reference.method
+        word = "same method as the reference" if itself else "converged"
+        word = "reference" if scene.is_reference(method, level) else word
+        outcomes.append(Cell(word, word))
+    columns: list[tuple[Head, list[Cell]]] = [
+        (Head("method"), [cells.method(method, scene=scene) for method, _ in settings]),
+        (Head("N", "resolution"), [cells.count(level) for _, level in settings]),
+        (Head("unknowns", "unknowns"), [cells.count(number) for number in unknowns]),
+        (Head("time", csv="time / s"), [cells.duration(cost.seconds) for cost in spent]),
+        (
+            Head("set-up", "set-up", "set-up / s"),
+            [cells.duration(cost.setup_seconds) for cost in spent],
+        ),
+        (
+            Head("memory", csv="memory / B"),
+            [cells.number(fmt.with_unit(size or None, "B"), size) for size in memory],
+        ),
+        (Head("outcome"), outcomes),
+    ]
+    of_one = [
+        (Head("surfaces"), [cells.count(cost.surfaces) for cost in spent]),
+        (
+            Head("time of one", csv="time of one / s"),
+            [cells.duration(cost.single_seconds) for cost in spent],
+        ),
+    ]
+    judged = {(v.method, v.resolution, v.quantity, v.at): v for v in _compared(scene)}
+    names = [name for name, _ in pairs]
+    for name, at in pairs:
+        label = quantity(name).label
+        suffix = f", equal {quantity(at).label}" if names.count(name) > 1 else ""
         errors, bands = [], []
-        for pair in pairs:
-            known = judged.get((method, level, *pair))
-            error = band = cells.NOTHING
-            if known:
-                error = cells.error(known.error, known.uncertainty, known.number)
-                band = cells.number(known.single, known.single_high)
-            errors.append(cells.number("reference", 0.0) if truth else error)
-            bands.append(band)
-        row = (
-            cells.method(method, scene=scene),
-            cells.count(level),
-            cells.count(unknowns),
-            cells.duration(spent.seconds),
-            cells.duration(spent.setup_seconds),
-            cells.number(fmt.with_unit(memory or None, "B"), memory),
-            outcome,
-            *errors,
-        )
-        one = (cells.count(spent.surfaces), cells.duration(spent.single_seconds), *bands)
-        rows.append((*row, *one) if ensemble else row)
-    return Table((*heads, *single) if ensemble else tuple(heads), tuple(rows))
+        for setting in settings:
+            known, truth = judged.get((*setting, name, at)), scene.is_reference(*setting)
+            errors.append(cells.number("reference", 0.0) if truth else cells.of_verdict(known))
+            bands.append(cells.number(known.single, known.single_high) if known else cells.NOTHING)
+        columns.append((Head(f"error of {label}{suffix}", "uncertainty", short=label), errors))
+        head = Head(f"{label} of one{suffix}, 5 to 95 %", short=f"{label} of one")
+        of_one.append((head, bands))
+    return cells.of_columns(
+        [*columns, *of_one] if any(cost.surfaces > 1 for cost in spent) else columns
+    )
 
 
 def _all_settings(scene: SceneRecord) -> list[tuple[str, float]]:
@@ -365,25 +355,18 @@ def load_steps(scene: SceneRecord) -> Table:
     rows = Rows.joined(tables, MOST_ROWS)
     first = (scene.drawn_along, scene.control, "penetration", "force", "contact_area")
     names = dict.fromkeys((*first, *scene.quantities))
-    heads = [Head("method"), Head("N", "resolution"), Head("step")]
     columns = [
-        [cells.method(method, scene=scene) for method in rows["method"]],
-        [cells.count(v) for v in rows["resolution"]],
-        [cells.count(v + 1) for v in rows["step"]],
+        (Head("method"), [cells.method(method, scene=scene) for method in rows["method"]]),
+        (Head("N", "resolution"), [cells.count(v) for v in rows["resolution"]]),
+        (Head("step"), [cells.count(v + 1) for v in rows["step"]]),
     ]
-    for name in names:
-        values = rows[name]
-        if np.isfinite(values).any():
-            scale = fmt.prefix_for(values, quantity(name).unit)
-            heads.append(Head(quantity(name).title(scale.unit)))
-            columns.append([cells.number(fmt.number(v), v) for v in values * scale.factor])
+    columns += [cells.column(name, rows[name]) for name in names if np.isfinite(rows[name]).any()]
     for name in scene.quantities:
         errors = rows[f"error_{name}"]
         if np.isfinite(errors).any():
-            heads.append(Head(f"error of {quantity(name).label}"))
-            columns.append([cells.signed_error(v) for v in errors])
-    heads.append(Head("iterations"))
-    columns.append([cells.count(v) for v in rows["iterations"]])
+            head = Head(f"error of {quantity(name).label}")
+            columns.append((head, [cells.signed_error(v) for v in errors]))
+    columns.append((Head("iterations"), [cells.count(v) for v in rows["iterations"]]))
     note = f"The first {MOST_ROWS} of {total} rows; " if total > MOST_ROWS else ""
     note += "all rows, realisations and columns are in results.csv."
-    return Table(tuple(heads), tuple(zip(*columns, strict=True)), note=fmt.capitalised(note))
+    return cells.of_columns(columns, note=fmt.capitalised(note))

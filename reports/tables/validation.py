@@ -47,16 +47,18 @@ def claims(record: ClaimsRecord) -> Table:
     return table(heads, rows, title=f"Claims, {record.effort}", strong=strong)
 
 
+POINT = ("error", "verdict", Head("time", csv="time / s"), "details")
+
+
 def measurements(claim: ClaimRecord) -> Table:
     """Return every measurement of a claim: parameter, error with its bar, word, time, details."""
-    heads = ("error", "verdict", Head("time", csv="time / s"), "details")
     if not claim.parameter:
-        return table(heads, map(_measured, claim.points))
+        return table(POINT, map(_measured, claim.points))
     rows = []
     for point in claim.points:
         value = NAN if point.parameter is None else point.parameter
         rows.append((cells.number(fmt.number(point.parameter, 4), value), *_measured(point)))
-    return table((fmt.greek(claim.parameter), *heads), rows)
+    return table((fmt.greek(claim.parameter), *POINT), rows)
 
 
 def beyond(claim: ClaimRecord) -> Table:
@@ -73,19 +75,14 @@ def beyond(claim: ClaimRecord) -> Table:
         if claim.parameter:
             setting.insert(0, f"{fmt.greek(claim.parameter)} {fmt.number(point.parameter, 4)}")
         rows.append((", ".join(setting), *_measured(point)))
-    heads = ("error", "verdict", Head("time", csv="time / s"), "details")
-    return table(("setting, else as stated", *heads), rows)
+    return table(("setting, else as stated", *POINT), rows)
 
 
 def _measured(point: PointRecord) -> tuple[Cell, ...]:
     error, bar = (NAN if v is None else v for v in (point.error, point.uncertainty))
     details = "; ".join(f"{key}: {detail(number)}" for key, number in point.details.items())
-    return (
-        cells.error(error, bar),
-        cells.verdict(point.word),
-        cells.duration(point.seconds),
-        Cell(details, details, "wrap"),
-    )
+    word, seconds = cells.verdict(point.word), cells.duration(point.seconds)
+    return cells.error(error, bar), word, seconds, Cell(details, details, "wrap")
 
 
 def outcomes(record: HardCasesRecord) -> Table:

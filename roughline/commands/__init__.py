@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 import unicodedata
 from typing import TextIO
@@ -20,6 +21,11 @@ def printable(text: str) -> str:
         _UNKNOWN if unicodedata.category(c).startswith("C") and c not in _LAYOUT else c
         for c in text
     )
+
+
+def typed(without: str = "") -> str:
+    """Return the command as it was typed, for records and pages."""
+    return shlex.join(["roughline", *(word for word in sys.argv[1:] if word != without)])
 
 
 def say(text: object, stream: TextIO | None = None) -> None:

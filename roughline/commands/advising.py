@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import json
 import math
+from contextlib import nullcontext
 from typing import Any
+
+from rich.console import Console
+from rich.markup import escape
 
 from comparisons.errors import InputError
 from comparisons.facts.quantities import quantity
@@ -18,7 +22,7 @@ from comparisons.results.scene_record import record_scene
 from comparisons.scene.scene import Scene
 from comparisons.solving.plan import Effort, Plan
 from comparisons.tasks.solution import Solved
-from roughline.commands import say, terminal
+from roughline.commands import printable, say, terminal, typed
 from roughline.commands.arguments import FINE
 
 ALIKE = "of such a scene; its numbers may be others"
@@ -40,8 +44,8 @@ def known_of(plan: Plan) -> list[Nearest]:
     return nearest(plan.scene, plan.loads, unit)
 
 
-def print_known(plans: list[Plan], as_json: bool, again: str) -> int:
-    """Say what is known of each plan without solving anything; `again` is the command that does."""
+def print_known(plans: list[Plan], as_json: bool) -> int:
+    """Say what is known of each plan without solving anything, and which command does."""
     answers = {plan.scene.name: known_of(plan) for plan in plans}
     if as_json:
         documents = [_document(plan, answers[plan.scene.name]) for plan in plans]
@@ -72,7 +76,7 @@ def print_known(plans: list[Plan], as_json: bool, again: str) -> int:
         if left := [quantity(n).label for n in asked if n not in told | {control}]:
             theorem = "" if known or not _transformed(plan.scene) else f"; {ROUND}"
             console.print(f"{name}: {NOTHING} {listed(left)}{theorem}; {CHOICE}")
-    say(f"To be sure: {again}")
+    say(f"To be sure: {typed(without='--known')}")
     return FINE
 
 
@@ -88,9 +92,11 @@ def advise_all(plans: list[Plan], effort: Effort, as_json: bool) -> int:
         if text and not as_json:
             console.print(f"{plan.scene.name}: {text} Measuring to be sure.\n")
     records = []
-    with terminal.status() as show:
+    screen = Console(stderr=True)
+    with screen.status("starting") if screen.is_terminal else nullcontext() as line:
         for plan in plans:
-            show(f"solving {plan.scene.name} with every method")
+            if line:
+                line.update(escape(printable(f"solving {plan.scene.name} with every method")))
             records.append(record_scene(*solved_in_memory(plan, effort, _settled)))
     vain = asked_in_vain(records)
     if vain:

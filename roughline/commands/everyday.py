@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import shlex
 import sys
 from contextlib import nullcontext
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from roughline.commands import say
+from roughline.commands import say, typed
 from roughline.commands.arguments import (
     ALONE,
     DEFAULT_FOLDER,
@@ -160,7 +159,7 @@ def run(  # noqa: PLR0913 (the options on the command line)
     study = Study(
         plans,
         directory,
-        command=shlex.join(["roughline", *sys.argv[1:]]),
+        command=typed(),
         effort=effort,
         executor=workers.executor(),
         part=share_of_work,
@@ -310,11 +309,11 @@ def solve(
         scene, method, resolution, overrides, with_fields=vtu is not None, threads=threads
     )
     if vtu is not None:
-        result.write_vtu(vtu)
+        result.to_vtu(vtu)
     if json:
         print(result.to_json())
     elif csv is not None:
-        result.write_csv(csv)
+        result.to_csv(csv)
     else:
         terminal.print_solution(result)
     for note in result.plan.doubts:
@@ -356,7 +355,7 @@ def compare(
     from comparisons.results.folder import held
     from reports.pages.runs import comparison_page
     from roughline.commands import terminal
-    from roughline.commands.arguments import DEFAULT_FOLDER, share
+    from roughline.commands.arguments import share
     from roughline.studies import compare_runs
 
     runs = f"{before.resolve().name}-{after.resolve().name}"
@@ -366,7 +365,7 @@ def compare(
         told = "use --overwrite to replace it, or --out for another folder"
         raise InputError(f"{page} exists already: {told}")
     record = compare_runs(before, after, tolerance=share(tolerance), slower=slower).record
-    command = shlex.join(["roughline", *sys.argv[1:]])
+    command = typed()
     with held(out):
         write_text(page, comparison_page(record, command))
         if static:
@@ -399,14 +398,14 @@ def paper(
     """
     from comparisons.results.folder import held
     from comparisons.results.store import load_study
-    from roughline.commands.progress import counting
+    from roughline.commands.progress import drawing
 
     study = load_study(run)
     from reports.paper.files import write_paper
 
     chosen = [name.strip() for name in figures.split(",")]
-    with held(out), counting("drawn") as advance:
-        written = write_paper(study, out, format.split(","), figures=chosen, advance=advance)
+    with held(out):
+        written = write_paper(study, out, format.split(","), figures=chosen, each=drawing)
     say(f"{len(written)} files; {out / 'index.md'}")
     return FINE
 
@@ -453,8 +452,7 @@ def advise(
     plans = plan_all([scene], overrides, effort, flags_of(changes), brought())
     if not known:
         return advising.advise_all(plans, effort, json)
-    again = shlex.join(["roughline", *(word for word in sys.argv[1:] if word != "--known")])
-    return advising.print_known(plans, json, again)
+    return advising.print_known(plans, json)
 
 
 def list_(catalogue: str | None = None, *, method_files: MethodFiles = NO_METHOD_FILES) -> int:
@@ -468,7 +466,6 @@ def list_(catalogue: str | None = None, *, method_files: MethodFiles = NO_METHOD
     from comparisons.errors import InputError
     from comparisons.reasons import near
     from reports.tables import lists
-    from reports.tables.written import drawn
     from roughline.commands.terminal import Terminal
 
     tables = {
@@ -482,8 +479,7 @@ def list_(catalogue: str | None = None, *, method_files: MethodFiles = NO_METHOD
         raise InputError(expected + near(catalogue, tables))
     method_files.load()
     if catalogue is not None:
-        table = tables[catalogue]()
-        Terminal().print(drawn(table, unfolded=catalogue == "hard-cases"))
+        Terminal().show(tables[catalogue](), unfolded=catalogue == "hard-cases")
         return FINE
     for key, title in ((name, name.replace("-", " ")) for name in tables):
         say(f"{len(tables[key]().rows):5} {title:<11} roughline list {key}")

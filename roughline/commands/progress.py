@@ -7,12 +7,12 @@ each finished scene, at most one a second, and an occasional one on the way.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext, suppress
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn
+from rich.progress import BarColumn, Progress, TextColumn, track
 
 if TYPE_CHECKING:
     from comparisons.questions.campaign import Campaign, Watch
@@ -47,84 +47,51 @@ def watched(campaign: Campaign[Any, R], write_page: Callable[[], object], report
 
 @contextmanager
 def watching(report: float = 0.0) -> Iterator[Watch]:
-    """Yield a progress display that suits the terminal."""
-    with _bar() as (console, bar):
-        yield _Watcher(console, bar, report)
+    """Yield a progress display that suits the terminal.
 
-
-@contextmanager
-def counting(participle: str) -> Iterator[Callable[[int, int, str], None]]:
-    """Yield what shows how many of several like things are done, with the remaining time.
-
-    For work that no campaign carries out, such as drawing; the time left is that of the average.
+    It reports compilations at once, and progress on a bar; where there is no screen in lines, for
+    finished scenes, an occasional one on the way, and one for the end.
     """
-    started = time.monotonic()
-    with _bar() as (_, bar):
-
-        def advance(done: int, total: int, name: str) -> None:
-            text = f"{participle} {done} of {total}"
-            if 0 < done < total:
-                text += left_over((time.monotonic() - started) * (total - done) / done)
-            if bar is not None:
-                bar.update(bar.task_ids[0], completed=done, total=total, text=f"{text}  {name}")
-
-        yield advance
-
-
-@contextmanager
-def _bar() -> Iterator[tuple[Console, Progress | None]]:
-    """Yield the console, and a bar of progress with a text where the terminal can move."""
     console = Console(stderr=True, emoji=False)
-    if not console.is_interactive:
-        yield console, None
-        return
     columns = BarColumn(bar_width=24), TextColumn("{task.fields[text]}", markup=False)
-    with Progress(*columns, console=console, transient=True) as bar:
-        bar.add_task("", text="")
-        yield console, bar
+    moving = Progress(*columns, console=console, transient=True)
+    with moving if console.is_interactive else nullcontext() as bar:
+        said, known = time.monotonic(), set[str]()
+        if bar is not None:
+            bar.add_task("", text="")
+
+        def say(text: str) -> None:
+            console.print(text, markup=False, highlight=False, soft_wrap=True)
+
+        def watch(campaign: Campaign[Any, Any], done: Done | None) -> None:
+            nonlocal said
+            seconds = 0.0 if done is None else getattr(done.value, "compile_seconds", 0.0)
+            if done is not None and seconds > COMPILED:
+                say(compiled(done.job.kind.method, seconds))
+            kind = None if done is None else done.job.kind
+            task = f"{kind.scene} {kind.method} {kind.resolution}" if kind else ""
+            text, (solved, total) = progress(campaign, report), campaign.counts
+            if bar is not None:
+                text = f"{text}  {task}"
+                bar.update(bar.task_ids[0], completed=solved, total=total, text=text)
+                return
+            finished = [name for name in campaign.finished if name not in known]
+            now = time.monotonic()
+            pause = SCENE_LINE if finished else LINE
+            if done is None or now - said >= pause or solved == total:
+                at = f"done: {', '.join(finished)}" if finished else task
+                say(", ".join(filter(None, (text, at))))
+                said = now
+                known.update(finished)
+
+        yield watch
 
 
-def left_over(seconds: float, about: str = "about") -> str:
-    r"""Return the remaining time as the end of a line.
-
-    >>> left_over(12.0)
-    ', about 12\u202fs left'
-    """
-    from comparisons.formatting import duration
-
-    return f", {about} {duration(seconds)} left"
-
-
-class _Watcher:
-    """Report compilations at once; show progress on a bar, or in lines where there is no screen.
-
-    A line stands for finished scenes, an occasional one for the way, and one for the end.
-    """
-
-    def __init__(self, console: Console, bar: Progress | None, report: float) -> None:
-        self._console, self._bar, self._report = console, bar, report
-        self._said, self._known = time.monotonic(), set[str]()
-
-    def __call__(self, campaign: Campaign[Any, Any], done: Done | None) -> None:
-        seconds = 0.0 if done is None else getattr(done.value, "compile_seconds", 0.0)
-        if done is not None and seconds > COMPILED:
-            self._say(compiled(done.job.kind.method, seconds))
-        solved, total = campaign.counts
-        if self._bar is not None:
-            text = f"{progress(campaign, self._report)}  {_task_line(done)}"
-            self._bar.update(self._bar.task_ids[0], completed=solved, total=total, text=text)
-            return
-        finished = [name for name in campaign.finished if name not in self._known]
-        now = time.monotonic()
-        pause = SCENE_LINE if finished else LINE
-        if done is None or now - self._said >= pause or solved == total:
-            at = f"done: {', '.join(finished)}" if finished else _task_line(done)
-            self._say(", ".join(filter(None, (progress(campaign, self._report), at))))
-            self._said = now
-            self._known.update(finished)
-
-    def _say(self, text: str) -> None:
-        self._console.print(text, markup=False, highlight=False, soft_wrap=True)
+def drawing(figures: Sequence[R]) -> Iterable[R]:
+    """Yield figures that are drawn one after the other, with a bar where a terminal can move."""
+    console = Console(stderr=True, emoji=False)
+    still = not console.is_interactive
+    return track(figures, "drawing", console=console, transient=True, disable=still)
 
 
 def compiled(method: str, seconds: float) -> str:
@@ -151,11 +118,4 @@ def progress(campaign: Campaign[Any, Any], report: float = 0.0) -> str:
         return text
     if done == total and report:
         return f"{text}, the report takes about {duration(report)}"
-    return text + left_over(seconds, "about" if remaining.complete else "at least")
-
-
-def _task_line(done: Done | None) -> str:
-    if done is None:
-        return ""
-    kind = done.job.kind
-    return f"{kind.scene} {kind.method} {kind.resolution}"
+    return f"{text}, {'about' if remaining.complete else 'at least'} {duration(seconds)} left"

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import json
-import shlex
-import sys
 from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from roughline.commands import say
+from roughline.commands import say, typed
 from roughline.commands.arguments import (
     ALONE,
     DEFAULT_FOLDER,
@@ -46,18 +44,17 @@ def problems(problem: str | None = None, *, out: Path | None = None) -> int:
     from comparisons.errors import InputError
     from comparisons.questions.problem_sheets import builtin_sheets, sheet_of
     from reports.tables.problems import problem_list, sheet_table, sheet_text
-    from reports.tables.written import drawn
     from roughline.commands.terminal import Terminal
 
     console = Terminal()
     if problem is None:
         if out is not None:
             raise InputError("--out: expected a problem whose files are to be written")
-        console.print(drawn(problem_list(builtin_sheets().values())))
+        console.show(problem_list(builtin_sheets().values()))
         return FINE
     sheet = sheet_of(problem)
     say(sheet_text(sheet))
-    console.print(drawn(sheet_table(sheet)))
+    console.show(sheet_table(sheet))
     if out is None:
         return FINE
     import numpy as np
@@ -106,13 +103,12 @@ def submit(file: Path, *, leaderboard: Path | None = None) -> int:
     )
     from comparisons.results.folder import held
     from reports.tables.problems import judged_table, judged_text
-    from reports.tables.written import drawn
     from roughline.commands.terminal import Terminal
 
     entry = read_entry(file)
     sheet = sheet_of(entry.problem)
     judged = judge_entry(entry, sheet, reference_of(sheet))
-    Terminal().print(drawn(judged_table(judged, sheet)))
+    Terminal().show(judged_table(judged, sheet))
     say(judged_text(judged, sheet))
     if leaderboard is not None:
         with held(leaderboard):
@@ -120,11 +116,11 @@ def submit(file: Path, *, leaderboard: Path | None = None) -> int:
             path = leaderboard / ENTRIES / f"{entry.problem.lower()}-{entry.digest[:16]}.json"
             write_text(path, entry.text)
             say(path)
-            _write_page(leaderboard)
+            _write_page(leaderboard, leaderboard)
     return FINE if judged.verdicts[judged.worst].word == WITHIN else FAILED
 
 
-def leaderboard(directory: Path) -> int:
+def leaderboard(directory: Path, *, out: Path | None = None) -> int:
     """Write the page of all entries of a folder: the same bytes for the same entries.
 
     Exits with code 1 if a file of the folder is no entry to a problem as it stands now.
@@ -133,25 +129,27 @@ def leaderboard(directory: Path) -> int:
     ----------
     directory
         Folder with entries/*.json, as `roughline submit FILE --leaderboard DIR` fills it.
+    out
+        Folder for the page, report.html; default: that of the entries.
     """
     from comparisons.results.folder import held
 
     with held(directory) if directory.is_dir() else nullcontext():
-        return FAILED if _write_page(directory) else FINE
+        return FAILED if _write_page(directory, out or directory) else FINE
 
 
-def _write_page(directory: Path) -> list[str]:
-    """Write the page of a folder, and return why some of its files are not judged."""
+def _write_page(directory: Path, out: Path) -> list[str]:
+    """Write the page of a folder's entries, and return why some of its files are not judged."""
     from comparisons.files import write_text
     from comparisons.questions.problem_sheets import boards_of
     from comparisons.results.folder import PAGE
     from reports.pages.leaderboard import leaderboard_page
 
     boards, refused = boards_of(directory)
-    write_text(directory / PAGE, leaderboard_page(boards, refused))
+    write_text(out / PAGE, leaderboard_page(boards, refused))
     for problem in refused:
         say(f"not judged: {problem}")
-    say(directory / PAGE)
+    say(out / PAGE)
     return refused
 
 
@@ -223,7 +221,7 @@ def ensemble(
         loaded,
         out or DEFAULT_FOLDER / f"{loaded.name}-ensemble",
         part=WHOLE if part is None else part_of(part),
-        command=shlex.join(["roughline", *sys.argv[1:]]),
+        command=typed(),
         effort="full",
         executor=workers.executor(),
         resume=resume,
@@ -269,7 +267,7 @@ def merge(
     from roughline.commands import terminal
 
     method_files.load()
-    command = shlex.join(["roughline", *sys.argv[1:]])
+    command = typed()
     if any((run / RECORD).exists() for run in runs):
         ensemble = merge_ensembles(runs, out, command)
         terminal.print_ensemble(ensemble, out)

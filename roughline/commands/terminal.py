@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
-from rich.markup import escape
 from rich.text import Text
 
 from reports.tables.written import drawn
@@ -52,6 +49,10 @@ class Terminal(Console):
         """Tell the caller: rich would end the program with exit code 1."""
         raise BrokenPipeError
 
+    def show(self, table: Table, *, unfolded: bool = False, width: int | None = None) -> None:
+        """Print a table with its title; `drawn` says how it is folded."""
+        self.print(drawn(table, unfolded=unfolded), width=width)
+
     def print_rows(self, table: Table) -> None:
         """Print a table with its note; on narrow terminals its rows as lines."""
         if self.width < NARROW:
@@ -75,7 +76,7 @@ def print_plans(plans: list[Plan]) -> None:
     console = Terminal()
     printed_lines: set[str] = set()
     for plan in plans:
-        console.print(drawn(plan_table(plan)))
+        console.show(plan_table(plan))
         lines = [
             *(f"switched on: {effect} – {model}" for effect, model in plan.switched_on),
             *(f"left out: {effect} – {reason}" for effect, reason in plan.left_out),
@@ -126,7 +127,7 @@ def print_study(
     every = [verdict_table(record.scenes, method).without("cheapest") for method in methods]
     if verbose or sum(len(table.rows) for table in every) <= FEW:
         for table in every:
-            console.print(drawn(table))
+            console.show(table)
     else:
         lines = summary_lines(record.scenes)
         room = SCREEN - sum(len(table.rows) + 2 for table in findings)
@@ -175,8 +176,8 @@ def print_ensemble(result: EnsembleResult, directory: Path) -> None:
     from reports.tables.runs import means, settings
 
     console, record = Terminal(), result.record
-    console.print(drawn(settings(record)))
-    console.print(drawn(means(record, result.statistics)))
+    console.show(settings(record))
+    console.show(means(record, result.statistics))
     for line in record.missing[:MANY]:
         console.print(f"missing: {line}", style="bold")
     console.print_path(directory, record.seconds)
@@ -188,7 +189,7 @@ def print_solution(result: SingleResult) -> None:
     from reports.tables.runs import load_steps
 
     solution, console = result.solution, Terminal()
-    console.print(drawn(load_steps(result, digits=6)))
+    console.show(load_steps(result, digits=6))
     console.print(
         f"resolution {result.resolution}, {solution.unknowns} unknowns, "
         f"{duration(solution.seconds)} (set-up {duration(solution.setup_seconds)})"
@@ -224,20 +225,9 @@ def print_claims(record: ClaimsRecord, report: Path, took: str = "") -> None:
         # Findings are sentences: they wrap in a file, too, beside ids and verdicts in one piece.
         width = console.width if console.is_terminal else min(console.width, WIDE)
         rows = claims(record.model_copy(update={"claims": shown}))
-        console.print(drawn(rows, unfolded=not console.is_terminal), width=width)
+        console.show(rows, unfolded=not console.is_terminal, width=width)
         console.print()
     console.print_path(report, record.seconds, took)
-
-
-@contextmanager
-def status() -> Iterator[Callable[[str], None]]:
-    """Yield a function that shows the current step of a long command, on a terminal only."""
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield lambda text: None
-        return
-    with console.status("starting") as line:
-        yield lambda text: line.update(escape(printable(text)))
 
 
 def print_advice(advices: list[tuple[str, Advice]]) -> None:
@@ -249,7 +239,7 @@ def print_advice(advices: list[tuple[str, Advice]]) -> None:
     for name, advice in advices:
         for text in filter(None, (f"{name}: {advice.sentence}", advice.single)):
             console.print(text)
-        console.print(drawn(measured_settings(advice)))
+        console.show(measured_settings(advice))
     console.print(f"one thread; {machine_text(machine(1))}")
 
 
@@ -268,8 +258,7 @@ def print_run_comparison(record: RunComparison, page: Path) -> None:
     rows = (c for c in moved if not (c.only_timed or (c.moved and c.scene in alike)))
     notable = sorted(rows, key=lambda c: not c.bad)
     if notable:
-        table = changes(notable[: 4 * MANY])
-        console.print(drawn(table.only("scene", "method", "N", "in words")))
+        console.show(changes(notable[: 4 * MANY]).only("scene", "method", "N", "in words"))
     if len(notable) > 4 * MANY:
         console.print(f"... and {len(notable) - 4 * MANY} more")
     timed = {word: sum(word in c.kinds for c in moved) for word in TIMED}

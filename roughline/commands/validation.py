@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
 from pathlib import Path
 
-from roughline.commands import say
+from roughline.commands import say, typed
 from roughline.commands.arguments import (
     ALONE,
     DEFAULT_FOLDER,
@@ -94,7 +92,7 @@ def claims(
         chosen_claims,
         directory,
         effort="full" if full else "quick",
-        command=shlex.join(["roughline", *sys.argv[1:]]),
+        command=typed(),
         executor=workers.executor(default=2),
         # Answers are kept under hashes of all that they hang on: none can be taken for another.
         resume=resume or (out is None and not overwrite),
@@ -136,12 +134,11 @@ def calibrate(
     from comparisons.results.folder import PAGE, held
     from reports.pages.calibration import calibration_page
     from reports.tables.validation import by_quantity, kinds, other_widths, rule
-    from reports.tables.written import drawn
     from roughline.commands.progress import watching
     from roughline.commands.terminal import Terminal
 
     console = Terminal()
-    command = shlex.join(["roughline", *sys.argv[1:]])
+    command = typed()
     executor = workers.executor(default=2)
     with held(out):
         with watching() as watch:
@@ -155,7 +152,7 @@ def calibrate(
     )
     for made in (*by_quantity(reported), rule(fitted_shares(cases)), *other_widths(cases)):
         console.print()
-        console.print(drawn(made))
+        console.show(made)
         if made.note:
             console.print(made.note)
     console.print(f"\n{record.held}.")
@@ -209,7 +206,6 @@ def hard_cases(
     from comparisons.results.folder import PAGE, held
     from reports.pages.hard_cases import hard_cases_page
     from reports.tables.validation import outcomes
-    from reports.tables.written import drawn
     from roughline.commands.progress import watched
     from roughline.commands.terminal import Terminal
 
@@ -233,7 +229,7 @@ def hard_cases(
         cases,
         chosen or judged,
         out,
-        command=shlex.join(["roughline", *sys.argv[1:]]),
+        command=typed(),
         effort="full" if full else "quick",
         executor=workers.executor(),
     )
@@ -244,7 +240,7 @@ def hard_cases(
     if json is not None:
         write_named_text(json, record.model_dump_json(indent=1) + "\n")
     console = Terminal()
-    console.print(drawn(outcomes(record), unfolded=True))
+    console.show(outcomes(record), unfolded=True)
     for outcome in (*record.deviations, *record.lost):
         reason = outcome.deviation or f"lost: {outcome.reason}"
         console.print(f"{outcome.case}, {outcome.method}: {reason}", style="bold")
@@ -273,7 +269,6 @@ def bench(benchmark: str | None = None, *, json: Path | None = None) -> int:
     from comparisons.questions.benchmarks import BENCHMARKS
     from comparisons.questions.benchmarks.yardstick import vector_features
     from reports.tables.validation import measured
-    from reports.tables.written import drawn
     from roughline.commands.terminal import Terminal
 
     if benchmark is not None and benchmark not in BENCHMARKS:
@@ -282,7 +277,7 @@ def bench(benchmark: str | None = None, *, json: Path | None = None) -> int:
     timings = {name: BENCHMARKS[name]() for name in names}
     console = Terminal()
     for name, taken in timings.items():
-        console.print(drawn(measured(name, taken)))
+        console.show(measured(name, taken))
     console.print(f"one thread; {machine_text(machine(1))}\nvector units: {vector_features()}")
     if json is not None:
         rows = [measurement.row() for rows in timings.values() for measurement in rows]
@@ -313,7 +308,6 @@ def check(
     """
     from comparisons.questions.check import CHECK_SCENES, PACKAGED, check_against
     from reports.tables.validation import against_baseline
-    from reports.tables.written import drawn
     from roughline.commands.progress import watching
     from roughline.commands.terminal import Terminal
 
@@ -328,7 +322,7 @@ def check(
     if not findings:
         console.print(f"new baseline: {stored}")
     else:
-        console.print(drawn(against_baseline(findings, str(stored))))
+        console.show(against_baseline(findings, str(stored)))
         count = len({finding.scene for finding in findings})
         told = f"{len(drifted)} of {count} scenes drifted" if drifted else "nothing drifted"
         console.print(told)

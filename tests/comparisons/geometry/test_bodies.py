@@ -298,7 +298,7 @@ def test_the_example_runs_from_its_scene_file(script, tmp_path):
     shutil.copy(EXAMPLES / "block.toml", tmp_path)
     result = solve_scene(str(tmp_path / "block.toml"), "fem", 1, with_fields=True)
     assert result.converged, result.reasons
-    result.write_vtu(tmp_path / "block.vtu")
+    result.to_vtu(tmp_path / "block.vtu")
     mesh = meshio.read(tmp_path / "block.vtu")
     assert mesh.point_data["von_mises"].max() > 0
     assert load_scene(EXAMPLES / "block.toml").body.symmetric_parts == 4

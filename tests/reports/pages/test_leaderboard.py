@@ -86,6 +86,9 @@ def test_two_boards_of_the_same_entries_are_the_same_bytes(blank, submit, tmp_pa
         pages.append((tmp_path / name / "report.html").read_bytes())
         assert run_command(["leaderboard", str(tmp_path / name)]) == 0
         assert (tmp_path / name / "report.html").read_bytes() == pages[-1]
+        elsewhere = tmp_path / f"{name}-page"
+        assert run_command(["leaderboard", str(tmp_path / name), "--out", str(elsewhere)]) == 0
+        assert (elsewhere / "report.html").read_bytes() == pages[-1]
     assert pages[0] == pages[1]
 
 

@@ -147,7 +147,7 @@ def test_stress_below_a_ball_on_a_graded_body_is_told(tmp_path):
     """A file with von Mises stresses, of the size of the largest pressure."""
     made = load_scene("graded-ball", {"loading.penetration": ["160 nm"]})
     result = solve_scene(made, "fem", 4, with_fields=True)
-    result.write_vtu(tmp_path / "below.vtu")
+    result.to_vtu(tmp_path / "below.vtu")
     assert b"von_mises" in (tmp_path / "below.vtu").read_bytes()
     fields = result.solution.fields
     assert 0.4 < fields["mesh_von_mises"].max() / fields["pressure"].max() < 0.8
