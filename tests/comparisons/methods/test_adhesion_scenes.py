@@ -10,39 +10,25 @@ from comparisons.formatting import unpadded
 from comparisons.questions.study import solved_in_memory
 from comparisons.reasons import one_line
 from comparisons.results.scene_record import record_scene
-from comparisons.scene.scene import load_scene, parse_scene
+from comparisons.scene.scene import load_scene, make_scene
 from comparisons.solving.planning import plan_scene
 
 QUANTITIES = ("force", "penetration", "contact_area", "pull_off_force")
-BALL = """
-name = "ball"
-[half_space]
-effective_modulus = 2e6
-[indenter]
-{indenter}
-[adhesion]
-work = 0.05
-{more}
-[loading]
-{loading}
-"""
 
 
-SIZES = {
-    "paraboloid": 'radius = "10 mm"',
-    "square_punch": 'side = "1 mm"',
-    "power_law": "exponent = 0.4\ncoefficient = 0.1",
-}
+def ball(loading, unit=1.0, **adhesion):
+    """Return a ball that adheres, its lengths times a unit."""
+    tables = {
+        "name": "ball",
+        "half_space": {"effective_modulus": 2e6},
+        "indenter": {"shape": "paraboloid", "radius": 0.01 * unit},
+        "adhesion": {"work": 0.05 * unit} | adhesion,
+    }
+    return make_scene(tables | {"loading": loading}, "ball.toml", Path())
 
 
-def scene_of(shape: str, loading: str, more: str = ""):
-    lines = f'shape = "{shape}"\n' + SIZES[shape]
-    text = BALL.format(indenter=lines, loading=loading, more=more)
-    return parse_scene(text, "ball.toml", Path.cwd())
-
-
-BY_DEPTH = 'penetration = ["-1 um", "1 um", "8 um", "0 um", "-2 um", "-5 um"]'
-BY_FORCE = 'force = ["0 mN", "5 mN", "-1 mN", "-4 mN", "1 mN"]'
+BY_DEPTH = {"penetration": ["-1 um", "1 um", "8 um", "0 um", "-2 um", "-5 um"]}
+BY_FORCE = {"force": ["0 mN", "5 mN", "-1 mN", "-4 mN", "1 mN"]}
 
 
 @pytest.mark.parametrize("loading", [BY_DEPTH, BY_FORCE])
@@ -53,7 +39,7 @@ BY_FORCE = 'force = ["0 mN", "5 mN", "-1 mN", "-4 mN", "1 mN"]'
 )
 def test_a_path_is_that_of_the_closed_form(curves, loading, method, resolution, tolerance):
     """Contact, loss and contact again, for a paraboloid that the springs hold exactly."""
-    scene = scene_of("paraboloid", loading)
+    scene = ball(loading)
     result, exact = curves(scene, method, resolution), curves(scene, "closed_form", 1)
     for name in QUANTITIES:
         scale = np.nanmax(np.abs(exact[name]))
@@ -63,20 +49,20 @@ def test_a_path_is_that_of_the_closed_form(curves, loading, method, resolution, 
     assert not (exact["contact_area"] > 0).all()
 
 
-RANGE = 'range = "4 um"'
+RANGE = {"range": "4 um"}
 
 
 @pytest.mark.parametrize(
     ("method", "resolution", "more"),
     [
-        *(("closed_form", 1, ""), ("reduced", 10, ""), ("bem_fft", 6, "")),
+        *(("closed_form", 1, {}), ("reduced", 10, {}), ("bem_fft", 6, {})),
         pytest.param("bem_fft", 8, RANGE, marks=pytest.mark.slow),
     ],
 )
 def test_a_pull_on_a_body_that_is_apart_has_no_equilibrium(solved, method, resolution, more):
     """Before first touch, and from pull-off (2.36 mN, 36 % more on 6 cells) to the next touch."""
-    path = 'force = ["-0.1 mN", "0 mN", "-1 mN", "-4 mN", "-1 mN", "1 mN"]'
-    solution = solved(scene_of("paraboloid", path, more), method, resolution)
+    path = {"force": ["-0.1 mN", "0 mN", "-1 mN", "-4 mN", "-1 mN", "1 mN"]}
+    solution = solved(ball(path, **more), method, resolution)
     held = np.array([False, True, True, False, False, True])
     np.testing.assert_array_equal(solution.converged[0], held)
     for values in solution.quantities.values():
@@ -93,7 +79,7 @@ def test_a_pull_on_a_body_that_is_apart_has_no_equilibrium(solved, method, resol
 def test_where_both_find_no_equilibrium_nobody_is_wrong(tmp_path):
     """Springs hold a ball exactly, and let go when it does; the prescribed pull stays in curves."""
     forces = [0.0, -1e-3, -4e-3, 1e-3]
-    scene = scene_of("paraboloid", f"force = {forces}")
+    scene = ball({"force": forces})
     study = roughline.Study(scene, tmp_path / "out", methods=["reduced", "closed_form"])
     (comparison,) = study.run()
     assert comparison.verdict == "within"
@@ -146,21 +132,11 @@ def test_a_range_is_maugis_tension_and_has_a_hysteresis(curves):
     assert springs["pull_off_force"][0] < exact["pull_off_force"][0]
 
 
-def scene_in(unit: float, more: str = ""):
-    """Return a ball that comes, is pressed on and leaves, all lengths times a unit."""
-    depths = [-6e-6 * unit, 2e-6 * unit, -6e-6 * unit]
-    text = BALL.replace("0.05", repr(0.05 * unit)).format(
-        indenter=f'shape = "paraboloid"\nradius = {0.01 * unit!r}',
-        loading=f"penetration = {depths!r}\nsubsteps = 4",
-        more=more,
-    )
-    return parse_scene(text, "ball.toml", Path.cwd())
-
-
 @pytest.mark.parametrize("unit", [1e-12, 1e-9, 1e-6, 1e-3, 1e3, 1e6])
 def test_first_touch_is_met_in_any_unit_of_length(curves, unit):
     """A path in steps passes zero depth exactly: a ball in touch adheres, one below it does not."""
-    solution = curves(scene_in(unit), "closed_form", 1)
+    depths = [-6e-6 * unit, 2e-6 * unit, -6e-6 * unit]
+    solution = curves(ball({"penetration": depths, "substeps": 4}, unit), "closed_form", 1)
     touch, area = 3, np.pi * (2 * np.pi * 0.05 * 0.01**2 / 2e6) ** (2 / 3)  # a^2/R = stretch
     assert solution["penetration"][touch] == 0.0
     assert solution["contact_area"][touch - 1] == 0.0

@@ -24,7 +24,7 @@ from comparisons.questions.claims.claim import load_claims
 from comparisons.questions.hard_cases.case import catalogue
 from comparisons.results import store
 from comparisons.results.store import load_study
-from comparisons.scene.scene import SUITES, builtin_names
+from comparisons.scene.scene import SUITES, builtin_names, load_scene
 from roughline.commands import app as cli
 from roughline.commands.app import run_command
 
@@ -43,20 +43,6 @@ penetration = [1e-6, 2e-6]
 [compare]
 methods = ["closed_form", "reduced", "bem_fft"]
 resolutions = [6, 12]
-"""
-ROUGH = """
-name = "patch"
-[half_space]
-effective_modulus = "1 GPa"
-[surface]
-kind = "self_affine"
-hurst = 0.8
-size = "1 um"
-points = 16
-rms_slope = 0.1
-realisations = 3
-[loading]
-force = { values = [0.02, 0.05], relative_to = "E* A0 h'" }
 """
 MAP = """
 name = "measured"
@@ -94,12 +80,6 @@ def roughline(tmp_path, monkeypatch, capsys):
 def ball(tmp_path):
     (tmp_path / "ball.toml").write_text(BALL)
     return "ball.toml"
-
-
-@pytest.fixture
-def patch(tmp_path):
-    (tmp_path / "patch.toml").write_text(ROUGH)
-    return "patch.toml"
 
 
 @pytest.fixture(scope="module")
@@ -152,7 +132,7 @@ SCENES = {
     "NaN in the map": (MAP.replace("map.npy", "holes.npy"), "surface.file: holes.npy: "),
     "binary": (b"\x7fELF\x00\xff", "not a readable text file"),
     "huge points": (
-        ROUGH.replace("points = 16", "points = 1048576"),
+        load_scene("rough-patch").text.replace("    16,", "    1048576,"),
         "surface.points: expected arrays that fit into 80% of the free memory",
     ),
     "beyond the shape": (
@@ -373,27 +353,28 @@ def test_solve_prints_one_json_object_of_the_contract(roughline, ball):
     np.testing.assert_allclose(document["force"], hertz, rtol=2e-2)
 
 
-def test_json_has_the_pressure_of_the_last_step_over_r_or_over_x_and_y(roughline, tmp_path):
-    asked = '[compare]\nquantities = ["force", "pressure"]\n'
-    (tmp_path / "ball.toml").write_text(BALL[: BALL.index("[compare]")] + asked)
-    document = json.loads(roughline("solve", "ball.toml", "--method", "reduced", "--json").out)
+def test_json_has_the_pressure_of_the_last_step_over_r_or_over_x_and_y(roughline):
+    document = json.loads(roughline("solve", "paraboloid", "--method", "reduced", "--json").out)
     r, p = (np.array(document["pressure"][key]) for key in ("r", "p"))
     assert (np.diff(r) > 0).all()
-    a = np.sqrt(0.01 * 2e-6)
+    a = np.sqrt(0.01 * 2e-5)
     peak = 2 * 210e9 / 0.91 * a / (np.pi * 0.01)
     np.testing.assert_allclose(p, peak * np.sqrt(1 - (r / a) ** 2), rtol=1e-6)
-    (tmp_path / "patch.toml").write_text(ROUGH + asked)
-    document = json.loads(roughline("solve", "patch.toml", "--method", "bem_fft", "--json").out)
+    patch = ("solve", "rough-patch", "--method", "bem_fft", "--resolution", "16", "--json")
+    document = json.loads(roughline(*patch).out)
     assert set(document["pressure"]) == {"x", "y", "p"}
     assert len(document["pressure"]["p"]) == 16 * 16
 
 
-def test_json_of_an_ensemble_has_means_and_standard_errors(roughline, patch):
-    document = json.loads(roughline("solve", patch, "--method", "bem_fft", "--json").out)
+def test_json_of_an_ensemble_has_means_and_standard_errors(roughline, tmp_path):
+    several = load_scene("rough-patch", {"surface.realisations": 3})
+    (tmp_path / "patch.toml").write_text(several.text)
+    solve = ("solve", "patch.toml", "--method", "bem_fft", "--resolution", "16", "--json")
+    document = json.loads(roughline(*solve).out)
     assert document["realisations"] == 3
     assert document["resolution"] == 16
     for name in ("contact_area", "penetration", "mean_gap"):
-        assert len(document[name]) == len(document[f"{name}_stderr"]) == 2
+        assert len(document[name]) == len(document[f"{name}_stderr"]) == 5
         assert min(document[f"{name}_stderr"]) > 0
 
 
@@ -426,16 +407,14 @@ def test_solve_questions_a_doubtful_scene(roughline, tmp_path, ball):
     assert "check the units of the scene: E* = 231" in result.err
 
 
-def test_options_of_the_method_with_or_without_its_name(roughline, ball, tmp_path):
-    asked = BALL.replace("[compare]", '[compare]\nquantities = ["force", "pressure"]')
-    (tmp_path / "ball.toml").write_text(asked)
+def test_options_of_the_method_with_or_without_its_name(roughline):
     options = (["--option", "stress=local"], ["--option", "reduced.stress=local"], [])
-    solve = ("solve", ball, "--method", "reduced", "--json")
+    solve = ("solve", "paraboloid", "--method", "reduced", "--json")
     result = [json.loads(roughline(*solve, *option).out)["pressure"] for option in options]
     assert result[0] == result[1]
     assert result[0] != result[2]
     several = ["--option", "stress=local", "--option", 'edges="nodal"']
-    assert roughline("solve", ball, "--method", "reduced", *several).code == 0
+    assert roughline(*solve, *several).code == 0
 
 
 def test_a_lost_solve_is_code_1_with_the_reason(roughline, ball, monkeypatch):

@@ -2,13 +2,12 @@
 
 import math
 from functools import cache
-from pathlib import Path
 
 import pytest
 
 from comparisons.methods.adhesion import edge_doubt
 from comparisons.questions.experiments import EXPERIMENTS
-from comparisons.scene.scene import parse_scene
+from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene
 from comparisons.tasks.task import Task
@@ -126,22 +125,11 @@ def face(effort="quick", **parameters):
     return EXPERIMENTS["adhesive-face"].measure(None, effort, **parameters)
 
 
-PUNCH = """
-name = "punch"
-[half_space]
-effective_modulus = 2e6
-[indenter]
-{indenter}
-[adhesion]
-work = 0.05
-[loading]
-force = ["0 mN", "40 mN", "-400 mN"]
-"""
-
-
 def peeled(indenter, cells):
     """Pull-off force of the calibrated grid over the rule of equal area, and the grid's doubt."""
-    scene = parse_scene(PUNCH.format(indenter=indenter), "punch.toml", Path.cwd())
+    forces = {"force": ["0 mN", "40 mN", "-400 mN"]}
+    changes = {"half_space.effective_modulus": 2e6, "indenter": indenter, "loading": forces}
+    scene = load_scene("adhesive-ball", changes)
     (plan, *_) = plan_scene(scene)
     force = {}
     for name, resolution in (("bem_fft", cells), ("reduced", 10)):
@@ -163,9 +151,9 @@ def test_the_limit_for_a_disc_is_kendalls_punch_to_a_percent():
 @pytest.mark.parametrize(
     ("indenter", "parameters"),
     [
-        ('shape = "square_punch"\nside = 2e-3', {"shape": "square"}),
-        ('shape = "elliptic_punch"\nsemi_axes = [2e-3, 1e-3]', {"aspect": 2.0}),
-        ('shape = "elliptic_punch"\nsemi_axes = [4e-3, 1e-3]', {"aspect": 4.0}),
+        ({"shape": "square_punch", "side": 2e-3}, {"shape": "square"}),
+        ({"shape": "elliptic_punch", "semi_axes": [2e-3, 1e-3]}, {"aspect": 2.0}),
+        ({"shape": "elliptic_punch", "semi_axes": [4e-3, 1e-3]}, {"aspect": 4.0}),
     ],
 )
 def test_the_doubt_of_the_calibrated_edge_covers_faces_without_a_closed_form(indenter, parameters):
