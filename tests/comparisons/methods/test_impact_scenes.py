@@ -9,24 +9,16 @@ import pytest
 from comparisons.questions.experiments import coulomb
 from comparisons.questions.experiments.coulomb import march
 from comparisons.questions.single import solve_scene
-from comparisons.scene.scene import SceneError, make_scene
+from comparisons.scene.scene import SceneError, load_scene
 from comparisons.solving.planning import plan_scene
 from reduced.motion.blocks import Blocks, integrate
 from reduced.motion.course import Stepping
 from reports.tables.written import markdown_rows
 
-STEEL = {"youngs_modulus": "210 GPa", "poisson_ratio": 0.3}
-BALL = {"shape": "paraboloid", "radius": "10 mm"}
-
-
-def tables(**changes):
-    data = {"name": "hit", "half_space": STEEL, "indenter": BALL}
-    data |= {"dynamics": {"mass": "10 g", "velocity": ["1 cm/s", "1 m/s"]}}
-    return data | changes
-
 
 def impact(**changes):
-    return make_scene(tables(**changes), "test", ".")
+    """Return a ball that strikes at 1 cm/s and at 1 m/s, or otherwise."""
+    return load_scene("impact-ball", changes or {"dynamics.velocity": ["1 cm/s", "1 m/s"]})
 
 
 def solved(method, resolution=None, **changes):

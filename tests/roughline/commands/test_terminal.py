@@ -11,17 +11,14 @@ from comparisons.questions.single import solve_scene
 from comparisons.questions.study import Study
 from comparisons.results.finding import finding
 from comparisons.results.rows import NO_ROWS
-from comparisons.scene.scene import make_scene
+from comparisons.scene.scene import load_scene
 from comparisons.solving.planning import plan_scene
 from roughline.commands import terminal
 
 # Everything that a markup language of terminals might take for its own.
 HOSTILE = "[red]ball[/red] [/] [bold [link=x] :smile: \x1b[31m"
-TABLES = {
-    "name": "ball",
+CHANGES = {
     "title": HOSTILE,
-    "half_space": {"effective_modulus": 1e9},
-    "indenter": {"shape": "paraboloid", "radius": 0.01},
     "loading": {"penetration": [1e-6, 2e-6]},
     "compare": {"methods": ["closed_form", "reduced", "bem_fft"], "resolutions": [4, 8]},
 }
@@ -35,7 +32,7 @@ def wide(monkeypatch):
 
 @pytest.fixture
 def plans():
-    return plan_scene(make_scene(TABLES, "ball.toml", Path()))
+    return plan_scene(load_scene("paraboloid", {"name": "ball"} | CHANGES))
 
 
 @pytest.fixture

@@ -9,8 +9,7 @@ import pytest
 from comparisons.judging.levels import Levels
 from comparisons.judging.truth import TRUNCATION, truths
 from comparisons.methods.fem import indenter as adapter
-from comparisons.methods.fem import indenter as single
-from comparisons.scene.scene import load_scene, make_scene, parse_scene
+from comparisons.scene.scene import load_scene, parse_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
@@ -22,10 +21,10 @@ ANGLE = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.5], [0.5, 0.5], [0.5, 1.0], [0.0, 1.0]]
 SQUARE = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
 
 
-def plan_of(shape: str, options: str = "", body: str = "effective_modulus = 1.0"):
-    text = f'name = "face"\n[half_space]\n{body}\n[indenter]\n{shape}\n'
-    text += f"[loading]\npenetration = [1e-3]\n{options}"
-    return plan_scene(parse_scene(text, "face", Path()))[0]
+def plan_of(shape: dict, changes: dict | None = None):
+    face = {"half_space": {"effective_modulus": 1.0}, "indenter": shape}
+    face |= {"loading": {"penetration": [1e-3]}, "compare": {"quantities": ["stiffness"]}}
+    return plan_scene(load_scene("square-punch", face | (changes or {})))[0]
 
 
 def fem_of(plan):
@@ -33,8 +32,8 @@ def fem_of(plan):
     return fem
 
 
-def polygon(corners) -> str:
-    return f'shape = "polygon_punch"\nvertices = {corners}'
+def polygon(corners) -> dict:
+    return {"shape": "polygon_punch", "vertices": corners}
 
 
 def stiffness(plan, resolution: int) -> tuple[float, int]:
@@ -61,10 +60,10 @@ def test_half_of_a_triangle_answers_as_the_whole(monkeypatch):
     assert plan.geometry.indenter.even == (True, False)
     assert fem_of(plan).modelled.startswith("half of a block")
     half, few = stiffness(plan, 3)
-    grid = single.face_grid(plan.geometry, 3)
+    grid = adapter.face_grid(plan.geometry, 3)
     mirrored = np.concatenate([-grid.x[:0:-1], grid.x])
     whole = replace(grid, x=mirrored, symmetry="none")
-    monkeypatch.setattr(single, "face_grid", lambda *_: whole)
+    monkeypatch.setattr(adapter, "face_grid", lambda *_: whole)
     full, many = stiffness(plan, 3)
     assert half == pytest.approx(full, rel=1e-9)
     assert few < 0.6 * many
@@ -74,11 +73,11 @@ def test_a_needle_takes_an_even_grid_and_says_that_it_is_no_rubber():
     """Crowded lines all along 1:100 would be 400 000 unknowns; 8-node elements end at 0.4999."""
     needle = polygon([[0.0, 0.0], [1.0, 0.0], [1.0, 0.01], [0.0, 0.01]])
     plan = plan_of(needle)
-    grid = single.face_grid(plan.geometry, 5)
+    grid = adapter.face_grid(plan.geometry, 5)
     assert (grid.order, grid.symmetry) == (1, "quarter")
     assert grid.unknowns < 70_000
-    rubber = "youngs_modulus = 1.0\npoisson_ratio = 0.5"
-    assert "incompressible" in fem_of(plan_of(needle, body=rubber)).reason
+    rubber = {"half_space": {"youngs_modulus": 1.0, "poisson_ratio": 0.5}}
+    assert "incompressible" in fem_of(plan_of(needle, rubber)).reason
 
 
 @pytest.mark.parametrize(
@@ -102,7 +101,7 @@ def test_planes_of_symmetry_of_polygons_are_found(corners, even):
 def test_the_unknowns_are_known_before_the_mesh_is_made(corners, resolution):
     """The count is that of all displacements: the far rim comes off it."""
     plan = plan_of(polygon(corners))
-    expected = single.face_grid(plan.geometry, resolution).unknowns
+    expected = adapter.face_grid(plan.geometry, resolution).unknowns
     _, slope = stiffness(plan, resolution)
     assert slope <= expected < 1.6 * slope
 
@@ -110,18 +109,16 @@ def test_the_unknowns_are_known_before_the_mesh_is_made(corners, resolution):
 @pytest.mark.slow
 def test_penalty_at_quadrature_points_is_an_option_of_the_scene():
     """Within its softness, 3e-3 at 1e3, of the same mesh in its nodes."""
-    for shape in ('shape = "paraboloid"\nradius = 1.0', 'shape = "square_punch"\nside = 1.0'):
-        options = '[methods.fem]\ncontact = "penalty"\npoints = "quadrature"'
+    options = {"methods.fem.contact": "penalty", "methods.fem.points": "quadrature"}
+    for shape in ({"shape": "paraboloid", "radius": 1.0}, {"shape": "square_punch", "side": 1.0}):
         assert stiffness(plan_of(shape, options), 3)[0] == pytest.approx(
             stiffness(plan_of(shape), 3)[0], rel=3e-3
         )
 
 
 TABLES = {
-    "name": "two-bodies",
     "half_space": {"youngs_modulus": 2e9, "poisson_ratio": 0.3},
     "counter_body": {"youngs_modulus": 1e9, "poisson_ratio": 0.2},
-    "indenter": {"shape": "paraboloid", "radius": 0.01},
     "loading": {"penetration": [1e-7, 1e-5]},
     "compare": {"quantities": ["force", "contact_area", "pressure"]},
 }
@@ -130,14 +127,14 @@ HERTZ = 4 / 3 * COMBINED * np.sqrt(0.01) * np.array([1e-7, 1e-5]) ** 1.5
 
 
 def scene(**changes):
-    return make_scene(TABLES | changes, "test", Path())
+    return load_scene("paraboloid", TABLES | changes)
 
 
 def test_compliances_of_two_half_spaces_add():
     """Johnson 1985, eq. (4.5); the canonical text keeps both bodies."""
     made = scene()
     assert made.effective_modulus == pytest.approx(COMBINED, rel=1e-14)
-    assert parse_scene(made.text, "test", Path()) == made
+    assert parse_scene(made.text, "test", Path()).counter_body == made.counter_body
     (plan,) = plan_scene(made)
     assert "both bodies are elastic: their compliances 1/E* add" in plan.notes
 

@@ -1,7 +1,5 @@
 """Flat punches: shares of cells exactly, stiffness to 0.05 % with a bar that holds, any angle."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -11,7 +9,7 @@ from scipy.special import ellipk
 from comparisons.judging.truth import choose_truth
 from comparisons.results.scene_record import record_scene
 from comparisons.scene.polygons import area_fractions, offset_outline, signed_area
-from comparisons.scene.scene import parse_scene
+from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
@@ -26,19 +24,19 @@ ANGLE = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.5], [0.5, 0.5], [0.5, 1.0], [0.0, 1.0]]
 # our own, from 128, 256 and 512 cells per side at three angles to the grid, which agree within
 # 7e-6: no exact value is known.
 SHAPES = {
-    "disc": ('shape = "cylinder"\nradius = 1.0', 2.0),
-    "ellipse": ('shape = "elliptic_punch"\nsemi_axes = [1.0, 0.5]', np.pi / ellipk(0.75)),
-    "square": ('shape = "square_punch"\nside = 1.0', np.pi * 0.36679),
-    "triangle": (f'shape = "polygon_punch"\nvertices = {TRIANGLE}', 0.788123),
-    "angle": (f'shape = "polygon_punch"\nvertices = {ANGLE}', 1.035581),
+    "disc": ({"shape": "cylinder", "radius": 1.0}, 2.0),
+    "ellipse": ({"shape": "elliptic_punch", "semi_axes": [1.0, 0.5]}, np.pi / ellipk(0.75)),
+    "square": ({"shape": "square_punch", "side": 1.0}, np.pi * 0.36679),
+    "triangle": ({"shape": "polygon_punch", "vertices": TRIANGLE}, 0.788123),
+    "angle": ({"shape": "polygon_punch", "vertices": ANGLE}, 1.035581),
 }
 
 
-def plan_of(shape: str, load: str = "penetration = [1e-4, 1e-3]", compare: str = ""):
-    text = f'name = "punch"\n[half_space]\neffective_modulus = 1.0\n[indenter]\n{shape}\n'
-    text += f"[loading]\n{load}\n[compare]\n"
-    text += compare or 'quantities = ["force", "stiffness"]'
-    return plan_scene(parse_scene(text, "punch", Path()))[0]
+def plan_of(shape: dict, other="stiffness", **loading):
+    tables = {"half_space": {"effective_modulus": 1.0}, "indenter": shape}
+    tables |= {"loading": loading or {"penetration": [1e-4, 1e-3]}}
+    tables |= {"compare": {"quantities": ["force", other]}}
+    return plan_scene(load_scene("square-punch", tables))[0]
 
 
 def rotated(corners, angle: float) -> list[list[float]]:
@@ -90,8 +88,8 @@ def test_an_offset_adds_the_strip_along_the_outline():
 @pytest.mark.parametrize("name", SHAPES)
 def test_stiffness_is_known_to_half_a_per_mille_and_the_bar_holds(name):
     """The plan's own resolutions: the truth's bar covers the known value, and is below 0.05 %."""
-    text, exact = SHAPES[name]
-    plan = plan_of(text)
+    shape, exact = SHAPES[name]
+    plan = plan_of(shape)
     (planned,) = [method for method in plan.methods if method.method == "bem_fft"]
     solved = {
         ("bem_fft", level): execute(task_of(plan, "bem_fft", level), 1)
@@ -130,16 +128,15 @@ def test_ellipses_err_by_their_own_smaller_scatter():
 @pytest.mark.parametrize("angle", [0.2, np.pi / 4, 1.3])
 @pytest.mark.parametrize(("corners", "exact"), [(TRIANGLE, 0.788123), (ANGLE, 1.035581)])
 def test_stiffness_does_not_depend_on_the_angle_to_the_grid(corners, exact, angle):
-    plan = plan_of(f'shape = "polygon_punch"\nvertices = {rotated(corners, angle)}')
+    plan = plan_of({"shape": "polygon_punch", "vertices": rotated(corners, angle)})
     result = execute(task_of(plan, "bem_fft", 64), 1).quantities["stiffness"][0, 0]
     assert result == pytest.approx(exact, rel=4e-4)
 
 
 def test_either_control_gives_the_same_line():
-    text, exact = SHAPES["square"]
-    by_depth = execute(task_of(plan_of(text), "bem_fft", 16), 1).quantities
-    force = by_depth["force"][0].tolist()
-    plan = plan_of(text, f"force = {force}")
+    shape, exact = SHAPES["square"]
+    by_depth = execute(task_of(plan_of(shape), "bem_fft", 16), 1).quantities
+    plan = plan_of(shape, force=by_depth["force"][0].tolist())
     by_force = execute(task_of(plan, "bem_fft", 16), 1).quantities
     np.testing.assert_allclose(by_force["penetration"], by_depth["penetration"], rtol=1e-12)
     np.testing.assert_allclose(by_depth["energy"], by_depth["force"] * by_depth["penetration"] / 2)
@@ -149,8 +146,7 @@ def test_either_control_gives_the_same_line():
 
 def test_pressure_carries_the_force_and_is_right_inside():
     """Johnson 1985, 3.34: p = F/(2 pi a sqrt(a^2 - r^2)), 2 % up to r = 0.9 a at 32 cells."""
-    compare_pressure = 'quantities = ["force", "pressure"]'
-    plan = plan_of(SHAPES["disc"][0], compare=compare_pressure)
+    plan = plan_of(SHAPES["disc"][0], "pressure")
     solution = execute(task_of(plan, "bem_fft", 32), 1)
     fields, force = solution.fields, solution.quantities["force"][0, -1]
     assert (fields["pressure"] * fields["pressure_weight"]).sum() == pytest.approx(force, rel=1e-12)
