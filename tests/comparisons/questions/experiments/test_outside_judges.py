@@ -122,7 +122,7 @@ def test_the_largest_at_an_end_or_of_equals_is_found():
     assert largest(lambda _: 1.0, [0.0, 1.0, 2.0]) == 1.0
 
 
-@pytest.mark.parametrize("element", ["splines", "quadratic"])
+@pytest.mark.parametrize("element", ["splines", pytest.param("quadratic", marks=pytest.mark.slow)])
 def test_elements_and_half_space_agree_inside_both_bars(element):
     """A wave in both directions, four cells to it on the coarsest grid, free."""
     maps = []
