@@ -64,11 +64,7 @@ def record_scene(
     scene, quantities = plan.scene, plan.compared
     truth = choose_truth(solved, plan.loads.axis, quantities)
     levels = {method: Levels.of(solved, method) for method, _ in solved}
-    tables = [
-        table
-        for method, resolution in solved
-        for table in _solution_tables(plan, levels[method], resolution, truth)
-    ]
+    tables = [_rows(plan, levels[method], n, truth) for method, n in solved]
     nowhere = {"options": "", "resolution": NAN, "step": NAN, **dict.fromkeys(FLAGS, False)}
     tables += [
         pd.DataFrame([{"scene": scene.name, "method": m.method, **nowhere, "reason": m.reason}])
@@ -152,21 +148,28 @@ def reference_of(
     )
 
 
-def _solution_tables(
-    plan: Plan, levels: Levels, resolution: int, truth: Truth | None
-) -> Iterator[pd.DataFrame]:
-    """Yield the rows of the first surfaces and of lost ones, and of the mean over all."""
-    solution = levels.solutions[resolution]
-    count = len(solution.converged)
+def _rows(plan: Plan, levels: Levels, resolution: int, truth: Truth | None) -> pd.DataFrame:
+    """Return the rows of a solution: of its first surfaces and of lost ones, and the mean over all.
+
+    Bars, standard errors and the machine of several surfaces are in the rows of their mean.
+    """
+    solution, method = levels.solutions[resolution], levels.method
+    count, steps = solution.converged.shape
     most = MOST_REALISATIONS if resolution == levels.finest else MOST_COARSE
     lost = ~solution.converged.all(axis=1)
     shown = np.flatnonzero((np.arange(count) < most) | lost)[:MOST_REALISATIONS]
-    # what all rows share; times are of one surface or line, unless "all"
-    common: dict[str, Any] = {"machine": solution.machine} if solution.machine else {}
-    common |= {
+    several = int(count > 1)  # rows of a mean at each step
+    names = [*map(str, shown), *["mean"] * several]
+    single = np.repeat([several and name != "mean" for name in names], steps).astype(bool)
+    curves = {name: values[shown] for name, values in solution.quantities.items()}
+    if several:
+        for name, mean in levels.curves(resolution).items():
+            curves[name] = np.vstack([curves[name], mean])
+    # times are of one surface or line, unless "all"
+    table: dict[str, Any] = {
         "scene": plan.scene.name,
-        "method": levels.method,
-        "options": plan.scene.methods.of(levels.method).changed(),
+        "method": method,
+        "options": plan.scene.methods.of(method).changed(),
         "resolution": resolution,
         "surfaces": count,
         "seconds": solution.seconds / count,
@@ -175,75 +178,55 @@ def _solution_tables(
         "compile_seconds": solution.compile_seconds,
         "unknowns": solution.unknowns,
         "memory": solution.memory,
+        "realisation": np.repeat(np.array(names, dtype=object), steps),
+        "step": np.tile(np.arange(steps), len(names)),
     }
-    curves = {name: values[shown] for name, values in solution.quantities.items()}
-    names = [str(k) for k in shown]
-    reasons = np.full(solution.converged[shown].shape, "", dtype=object)
+    table |= {name: values.astype(float).ravel() for name, values in curves.items()}
+    # What is prescribed stands in the row of a step that failed, and in place of its rounding.
+    for name, values in plan.loads.columns.items():
+        prescribed = np.tile(np.asarray(values, dtype=float), len(names))
+        solved = table.get(name, np.full(len(prescribed), np.nan))
+        other = np.abs(solved - prescribed) > EXACT * np.abs(prescribed)
+        table[name] = np.where(other, solved, prescribed)
+    table["reference"] = "" if truth is None else truth.label
+    is_truth = truth is not None and (truth.method, truth.resolution) == (method, resolution)
+    widest = np.full(steps, np.nan)
+    later: dict[str, Any] = {}  # columns of means
+    bars = later if several else table
+    for name in CURVES if truth is not None else ():
+        if not truth.knows(name, curves):
+            continue
+        bar = truth.bar(name)
+        at = main_axis(truth.axis, name)
+        error = truth.errors(curves, name, at, solution.valueless_steps).ravel()
+        table[f"error_{name}"] = np.full(error.size, np.nan) if is_truth else error
+        bars[f"{BARS}_{name}"] = np.where(single, np.nan, np.tile(bar, len(names)))
+        if name in plan.compared:
+            widest = np.fmax(widest, np.where(np.isfinite(bar), bar, np.nan))
+    if truth is not None:
+        bars[BARS] = np.where(single, np.nan, np.tile(widest, len(names)))
+    for name in table if several else ():
+        digits = DIGITS if name in curves else ERROR_DIGITS if name.startswith("error_") else 0
+        if digits:
+            table[name][single] = [float(f"{v:.{digits}g}") for v in table[name][single]]
+    reasons = np.full((len(names), steps), "", dtype=object)
     places = {int(k): place for place, k in enumerate(shown)}
     for (k, step), reason in solution.reasons.items():
         if k in places:
             reasons[places[k], step] = reason
-    own: dict[str, Any] = {
-        "iterations": solution.iterations[shown].ravel(),
-        "violation": solution.violation[shown].ravel(),
-        **{name: getattr(solution, name)[shown].ravel() for name in FLAGS},
-        "reason": reasons.ravel(),
-    }
-    gone = solution.valueless_steps
-    columns = _columns(plan, curves, names, common, truth, gone)
-    if count > 1:  # bars and the machine are in the rows of the mean
-        columns = {name: v for name, v in columns.items() if not name.startswith(BARS)}
-        digits = dict.fromkeys(curves, DIGITS)
-        digits |= {name: ERROR_DIGITS for name in columns if name.startswith("error_")}
-        columns |= {
-            name: np.array([f"{value:.{most}g}" for value in columns[name]], dtype=float)
-            for name, most in digits.items()
-        }
-        own["machine"] = ""
-    yield pd.DataFrame(common | columns | own)
-    if count > 1:
-        means = {name: values[None, :] for name, values in levels.curves(resolution).items()}
-        own = {name: getattr(solution, name).all(axis=0) for name in FLAGS}
-        own |= {f"stderr_{name}": levels.standard_error(name, resolution) for name in means}
-        yield pd.DataFrame(common | _columns(plan, means, ["mean"], common, truth, gone) | own)
-
-
-def _columns(
-    plan: Plan,
-    curves: dict[str, np.ndarray],
-    realisations: list[str],
-    common: dict[str, Any],
-    truth: Truth | None,
-    apart: np.ndarray,
-) -> dict[str, Any]:
-    """Return values, errors and bars of some realisations, step by step; curves are (m, k)."""
-    steps, count = len(plan.loads.values), len(realisations)
-    columns: dict[str, Any] = {
-        "realisation": np.repeat(np.array(realisations, dtype=object), steps),
-        "step": np.tile(np.arange(steps), count),
-    }
-    columns |= {name: values.astype(float).ravel() for name, values in curves.items()}
-    # What is prescribed stands in the row of a step that failed, and in place of its rounding.
-    for name, values in plan.loads.columns.items():
-        prescribed = np.tile(np.asarray(values, dtype=float), count)
-        solved = columns.get(name, np.full(len(prescribed), np.nan))
-        other = np.abs(solved - prescribed) > EXACT * np.abs(prescribed)
-        columns[name] = np.where(other, solved, prescribed)
-    columns["reference"] = "" if truth is None else truth.label
-    if truth is None:
-        return columns
-    is_truth = (truth.method, truth.resolution) == (common["method"], common["resolution"])
-    widest = np.full(steps, np.nan)
-    for name in CURVES:
-        if not truth.knows(name, curves):
-            continue
-        bar = truth.bar(name)
-        error = truth.errors(curves, name, main_axis(truth.axis, name), apart)
-        columns[f"error_{name}"] = np.full(error.size, np.nan) if is_truth else error.ravel()
-        columns[f"{BARS}_{name}"] = np.tile(bar, count)
-        if name in plan.compared:
-            widest = np.fmax(widest, np.where(np.isfinite(bar), bar, np.nan))
-    return columns | {BARS: np.tile(widest, count)}
+    nothing = np.full((several, steps), np.nan)
+    table["iterations"] = np.vstack([solution.iterations[shown], nothing]).ravel()
+    table["violation"] = np.vstack([solution.violation[shown], nothing]).ravel()
+    for name in FLAGS:
+        flags = getattr(solution, name)
+        table[name] = np.vstack([flags[shown], *[flags.all(axis=0)] * several]).ravel()
+    table["reason"] = reasons.ravel()
+    if solution.machine:
+        table["machine"] = np.where(single, "", solution.machine)
+    for name in curves if several else ():
+        error = np.tile(levels.standard_error(name, resolution), len(names))
+        later[f"stderr_{name}"] = np.where(single, np.nan, error)
+    return pd.DataFrame(table | later)
 
 
 def _verdicts(
