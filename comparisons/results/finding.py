@@ -86,27 +86,15 @@ class FamilyRow:
 
 @dataclass(frozen=True)
 class _Standing:
-    """What is found of a method on one scene, and settings that serve there.
-
-    `own` is of the method itself, `exact` the closed form, `solver` the fastest 3-D solver and
-    `other` the fastest of anything else; None without one.
-    """
+    """What is found of a method on one scene, and settings that serve there; None without one."""
 
     scene: SceneRecord
     use: str
+    kind: str  # the use, where it is one of few words
     decisive: Verdict | None
-    own: Setting | None
-    exact: Setting | None
-    other: Setting | None
-    solver: Setting | None
-
-    @property
-    def family(self) -> str:
-        return family(self.scene)
-
-    @property
-    def kind(self) -> str:
-        return self.use if self.use in (YES, NO, NOT_KNOWN) else IN_PART
+    own: Setting | None  # of the method itself
+    instead: Setting | None  # the closed form, else the fastest of anything else
+    solver: Setting | None  # the fastest 3-D solver
 
 
 def deciding(record: SceneRecord) -> Verdict | None:
@@ -125,12 +113,12 @@ def finding(records: Sequence[SceneRecord], method: str = MODEL) -> list[FamilyR
     """Return where a method holds, where not, and what to use there."""
     judged = [record for record in records if method in record.judged_methods]
     standings = [_standing(record, method) for record in judged]
-    families = [item.family for item in standings]
+    families = [family(item.scene) for item in standings]
     # the scenes of each row, families joined as far as they must be
     joined: tuple[Callable[[_Standing], tuple[str, str]], ...] = (
-        lambda item: (item.family, item.use),
-        lambda item: ("" if item.use == YES else item.family, item.use),
-        lambda item: (item.family if item.kind == IN_PART else "", item.use),
+        lambda item: (family(item.scene), item.use),
+        lambda item: ("" if item.use == YES else family(item.scene), item.use),
+        lambda item: (family(item.scene) if item.kind == IN_PART else "", item.use),
         lambda item: ("", item.kind),
     )
     groups: dict[tuple[str, str], list[_Standing]] = {}
@@ -151,7 +139,7 @@ def finding(records: Sequence[SceneRecord], method: str = MODEL) -> list[FamilyR
             scene = next(scene for verdict, scene in verdicts if verdict is decisive)
             largest = largest_error(scene, decisive) + (f", {scene.name}" if group[1:] else "")
         instead = NOTHING
-        chosen = [best for item in group if (best := item.exact or item.other)]
+        chosen = [item.instead for item in group if item.instead]
         if chosen:
             exact = f"{title_of(CLOSED_FORM)} (exact)"
             titles = dict.fromkeys(
@@ -196,7 +184,8 @@ def _standing(record: SceneRecord, method: str) -> _Standing:
     exact = (item for item in advice.settings if item.is_truth and item.method == CLOSED_FORM)
     others = [item for item in advice.reaching() if item.method != method]
     own = advice.cheapest_for(record.tolerance).get(method)
-    if use not in (YES, NO, NOT_KNOWN):  # the fastest that is within in all that it may be used for
+    kind = use if use in (YES, NO, NOT_KNOWN) else IN_PART
+    if kind == IN_PART:  # the fastest that is within in all that it may be used for
         able = [
             setting
             for setting in advice.settings
@@ -209,15 +198,10 @@ def _standing(record: SceneRecord, method: str) -> _Standing:
         own = next(
             (s for s in advice.settings if (s.method, s.resolution) == (method, level)), None
         )
-    return _Standing(
-        record,
-        use,
-        worst(known) if known else None,
-        own,
-        next(exact, None),
-        next(iter(others), None),
-        next((item for item in others if item.solves_in_3d), None),
-    )
+    decisive = worst(known) if known else None
+    instead = next(exact, None) or next(iter(others), None)
+    solver = next((item for item in others if item.solves_in_3d), None)
+    return _Standing(record, use, kind, decisive, own, instead, solver)
 
 
 def symbol(name: str) -> str:
@@ -227,7 +211,7 @@ def symbol(name: str) -> str:
 
 def _named(group: list[_Standing], families: list[str]) -> str:
     """Return "ellipsoids: ellipsoid-2", "rough surfaces (3 of 4 scenes)", or several families."""
-    names = list(dict.fromkeys(item.family for item in group))
+    names = list(dict.fromkeys(family(item.scene) for item in group))
     count = len(group)
     if count == 1:
         return f"{names[0]}: {group[0].scene.name}"
