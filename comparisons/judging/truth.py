@@ -177,14 +177,6 @@ class Truth:
         ratio = np.where(unknown, np.nan, np.where(np.isfinite(ratio), ratio, 1.0))
         return {key: part * ratio for key, part in parts.items()}
 
-    def known_from(self, name: str) -> dict[str, list[float]]:
-        """Return each source of the bar of a quantity at each load, where it is judged."""
-        if not self.knows(name):
-            return {}
-        parts = self.bar_sources(name, main_axis(self.axis, name))
-        every = np.ones(len(self.curves[name]))
-        return {source: (part * every).tolist() for source, part in parts.items()}
-
     def sentence(
         self,
         quantities: tuple[str, ...],

@@ -126,12 +126,17 @@ def reference_of(
 ) -> Reference:
     """Return which solution is the truth and how well it is known, as it is recorded."""
     bars = {}  # the widest of each quantity: whether the truth may itself be the answer
+    sources: dict[str, dict[str, list[float]]] = {}  # at each load, where it is judged
     for name in plan.compared:
         bar: Any = None
+        sources[name] = {}
         if name in FIELDS:
             bar = field_bar(plan, truth, name)
         elif truth.knows(name):
             bar = truth.bar(name, same_surfaces=True)
+            parts = truth.bar_sources(name, main_axis(truth.axis, name))
+            every = np.ones(len(truth.curves[name]))
+            sources[name] = {source: (part * every).tolist() for source, part in parts.items()}
         if bar is not None:
             decided = judged(np.zeros(np.size(bar)), bar, plan.scene.compare.tolerance)
             bars[name] = Bar(decided.uncertainty, decided.step)
@@ -140,7 +145,7 @@ def reference_of(
         method=truth.method,
         resolution=truth.resolution,
         text=truth.sentence(plan.compared, known, titles),
-        sources={name: truth.known_from(name) for name in plan.compared},
+        sources=sources,
         bars=bars,
         footnotes=footnotes,
         proved=proved,
