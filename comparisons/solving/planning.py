@@ -584,7 +584,36 @@ def omissions(scene: Scene, geometry: Geometry) -> Iterable[tuple[str, str]]:
             "contact stiffness, in the half-space methods",
             "not asked for; it would need one more linear solve per load",
         )
-    yield from left_out(scene)
+    if scene.half_space.layers or scene.half_space.thickness is not None:
+        yield "slip and gaps between layers", "layers are bonded to what lies below"
+    if scene.physics:  # else memory, friction, adhesion and inertia were never in question
+        if scene.viscoelastic is None:
+            yield "memory of the material", "no [viscoelastic] in the scene: nothing relaxes"
+        if scene.friction is None and scene.sliding is None:
+            yield "tangential displacements at the surface", "no friction in the scene"
+        if scene.friction is not None:
+            if scene.friction.coupling == "none":
+                yield "tangential displacements due to pressure", 'coupling = "none" in [friction]'
+            elif scene.poisson_ratio != 0.5:
+                yield (
+                    "tangential displacements due to pressure, in the reduced model",
+                    "its normal and tangential springs are uncoupled, "
+                    "which is exact only at ν = 1/2",
+                )
+            if scene.poisson_ratio != 0 and scene.loading.tangential is not None:
+                yield (
+                    "slip across the tangential load, in the reduced model",
+                    "its springs slip along the load alone: "
+                    "exact at ν = 0, and below a flat circle",
+                )
+        if scene.adhesion is None:
+            yield "attraction of the surfaces", "no [adhesion] in the scene"
+        if scene.dynamics is None and not scene.methods.fem.inertia:
+            yield "inertia", "no [dynamics] in the scene: loading is quasi-static"
+        elif scene.dynamics is not None:
+            yield "waves in the half-space", _waves(scene)
+        if scene.sliding is not None:
+            yield "Coulomb friction at the surface", "the loss is due to the body alone"
     if isinstance(geometry, BodyGeometry):
         yield "a far field", "the body is finite and held only by its supports"
     elif isinstance(geometry, IndenterGeometry):
@@ -648,39 +677,6 @@ def switched_on(scene: Scene, loads: AbsoluteLoads) -> Iterable[tuple[str, str]]
         normal = quantity(loads.normal.control)
         text += f", at {normal.label} {unpadded(float(loads.normal.values[0]), normal.unit)}"
     yield "load axis", text
-
-
-def left_out(scene: Scene) -> Iterable[tuple[str, str]]:
-    """Yield the physics that a scene leaves out, with the reason."""
-    if scene.half_space.layers or scene.half_space.thickness is not None:
-        yield "slip and gaps between layers", "layers are bonded to what lies below"
-    if not scene.physics:
-        return  # memory, friction, adhesion and inertia were never in question
-    if scene.viscoelastic is None:
-        yield "memory of the material", "no [viscoelastic] in the scene: nothing relaxes"
-    if scene.friction is None and scene.sliding is None:
-        yield "tangential displacements at the surface", "no friction in the scene"
-    if scene.friction is not None:
-        if scene.friction.coupling == "none":
-            yield "tangential displacements due to pressure", 'coupling = "none" in [friction]'
-        elif scene.poisson_ratio != 0.5:
-            yield (
-                "tangential displacements due to pressure, in the reduced model",
-                "its normal and tangential springs are uncoupled, which is exact only at ν = 1/2",
-            )
-        if scene.poisson_ratio != 0 and scene.loading.tangential is not None:
-            yield (
-                "slip across the tangential load, in the reduced model",
-                "its springs slip along the load alone: exact at ν = 0, and below a flat circle",
-            )
-    if scene.adhesion is None:
-        yield "attraction of the surfaces", "no [adhesion] in the scene"
-    if scene.dynamics is None and not scene.methods.fem.inertia:
-        yield "inertia", "no [dynamics] in the scene: loading is quasi-static"
-    elif scene.dynamics is not None:
-        yield "waves in the half-space", _waves(scene)
-    if scene.sliding is not None:
-        yield "Coulomb friction at the surface", "the loss is due to the body alone"
 
 
 def _waves(scene: Scene) -> str:
