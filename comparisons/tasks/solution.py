@@ -330,6 +330,8 @@ Solved = dict[tuple[str, int], Solution]
 
 PREFIX = "solution."
 _ARRAYS = ("converged", "no_equilibrium", "undetermined", "iterations", "violation")
+# Arrays by name, and what their names begin with in a file.
+_CURVES = {"quantities": "q.", "distributions": "d.", "bars": "b."}
 _NUMBERS = (
     *("unknowns", "truncation", "apparent_area"),
     *("seconds", "setup_seconds", "compile_seconds", "memory"),
@@ -345,9 +347,9 @@ def arrays_of(solution: Solution) -> dict[str, np.ndarray]:
     """Return everything in a solution as named arrays, the numbers and reasons as one JSON text."""
     arrays = dict(solution.fields)
     arrays |= {f"{PREFIX}{name}": getattr(solution, name) for name in _ARRAYS}
-    arrays |= {f"{PREFIX}q.{name}": value for name, value in solution.quantities.items()}
-    arrays |= {f"{PREFIX}d.{name}": value for name, value in solution.distributions.items()}
-    arrays |= {f"{PREFIX}b.{name}": value for name, value in solution.bars.items()}
+    for kind, start in _CURVES.items():
+        curves: dict[str, np.ndarray] = getattr(solution, kind)
+        arrays |= {f"{PREFIX}{start}{name}": values for name, values in curves.items()}
     numbers = {name: getattr(solution, name) for name in _NUMBERS}
     # JSON knows no NaN
     document = {name: n if np.isfinite(n) else None for name, n in numbers.items()} | {
@@ -372,24 +374,19 @@ def load_solution(path: Path) -> Solution:
 
 def solution_of(arrays: dict[str, np.ndarray]) -> Solution:
     """Return the solution of `arrays_of`; KeyError, TypeError, ValueError for other arrays."""
-    document = json.loads(str(arrays.pop(f"{PREFIX}json")))
-    solution_arrays = {name: arrays.pop(name) for name in list(arrays) if name.startswith(PREFIX)}
-    start = len(PREFIX) + 2
-    stored = {name: document[name] for name in _NUMBERS}
-    plain: dict[str, Any] = {name: float("nan") if n is None else n for name, n in stored.items()}
-    plain |= {name: solution_arrays[f"{PREFIX}{name}"] for name in _ARRAYS}
-
-    def named(kind: str) -> dict[str, np.ndarray]:
-        whole = solution_arrays.items()
-        return {k[start:]: v for k, v in whole if k.startswith(f"{PREFIX}{kind}.")}
-
+    own = {n[len(PREFIX) :]: arrays.pop(n) for n in list(arrays) if n.startswith(PREFIX)}
+    document = json.loads(str(own["json"]))
+    parts: dict[str, Any] = {
+        kind: {n[len(start) :]: values for n, values in own.items() if n.startswith(start)}
+        for kind, start in _CURVES.items()
+    }
+    numbers = {name: document[name] for name in _NUMBERS}
+    parts |= {name: float("nan") if n is None else n for name, n in numbers.items()}
     return Solution(
-        quantities=named("q"),
-        distributions=named("d"),
-        bars=named("b"),
+        **parts,
+        **{name: own[name] for name in _ARRAYS},
         reasons={(row, step): reason for row, step, reason in document["reasons"]},
         fields=arrays,
-        **plain,
         exact=tuple(document["exact"]),
         path=bool(document["path"]),
         whole=bool(document["whole"]),
