@@ -194,21 +194,20 @@ def _rows(plan: Plan, levels: Levels, resolution: int, truth: Truth | None) -> p
         other = np.abs(solved - prescribed) > EXACT * np.abs(prescribed)
         table[name] = np.where(other, solved, prescribed)
     table["reference"] = "" if truth is None else truth.label
-    is_truth = truth is not None and (truth.method, truth.resolution) == (method, resolution)
-    widest = np.full(steps, np.nan)
     later: dict[str, Any] = {}  # columns of means
     bars = later if several else table
-    for name in CURVES if truth is not None else ():
-        if not truth.knows(name, curves):
-            continue
-        bar = truth.bar(name)
-        at = main_axis(truth.axis, name)
-        error = truth.errors(curves, name, at, solution.valueless_steps).ravel()
-        table[f"error_{name}"] = np.full(error.size, np.nan) if is_truth else error
-        bars[f"{BARS}_{name}"] = np.where(single, np.nan, np.tile(bar, len(names)))
-        if name in plan.compared:
-            widest = np.fmax(widest, np.where(np.isfinite(bar), bar, np.nan))
     if truth is not None:
+        widest = np.full(steps, np.nan)
+        is_truth = (truth.method, truth.resolution) == (method, resolution)
+        for name in CURVES:
+            if not truth.knows(name, curves):
+                continue
+            bar, at = truth.bar(name), main_axis(truth.axis, name)
+            error = truth.errors(curves, name, at, solution.valueless_steps).ravel()
+            table[f"error_{name}"] = np.full(error.size, np.nan) if is_truth else error
+            bars[f"{BARS}_{name}"] = np.where(single, np.nan, np.tile(bar, len(names)))
+            if name in plan.compared:
+                widest = np.fmax(widest, np.where(np.isfinite(bar), bar, np.nan))
         bars[BARS] = np.where(single, np.nan, np.tile(widest, len(names)))
     for name in table if several else ():
         digits = DIGITS if name in curves else ERROR_DIGITS if name.startswith("error_") else 0

@@ -382,9 +382,9 @@ def solution_of(arrays: dict[str, np.ndarray]) -> Solution:
     }
     numbers = {name: document[name] for name in _NUMBERS}
     parts |= {name: float("nan") if n is None else n for name, n in numbers.items()}
+    parts |= {name: own[name] for name in _ARRAYS}
     return Solution(
         **parts,
-        **{name: own[name] for name in _ARRAYS},
         reasons={(row, step): reason for row, step, reason in document["reasons"]},
         fields=arrays,
         exact=tuple(document["exact"]),
