@@ -16,8 +16,8 @@ import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.geometry.reading import FileError
-from comparisons.scene.body import AXES, Body
 from comparisons.scene.fields import excerpt
+from comparisons.scene.half_space import AXES, Body
 from comparisons.scene.scene import Scene, SceneError
 from reference.fem.solid_mesh import SolidMesh, contact_nodes, free_motions
 

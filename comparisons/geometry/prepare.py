@@ -214,7 +214,12 @@ def indenter_geometry(scene: Scene, loads: AbsoluteLoads) -> IndenterGeometry:
             raise ValueError("no contact at any of the loads")
         if loads.control != "velocity":
             return IndenterGeometry(scene.indenter, depth, radius)
-        depths, radii = impact_contacts(scene, profile, loads.values)
+        # some velocities are estimated; between them, power laws interpolate
+        speeds, few = loads.values, np.linspace(0, loads.values.size - 1, IMPACTS).round()
+        chosen = speeds[np.unique(few.astype(int))]
+        struck = [_struck(scene, profile, speed) for speed in chosen]
+        depths = np.exp(np.interp(np.log(speeds), np.log(chosen), np.log(struck)))
+        radii = np.asarray(profile.contact_radius(depths))
     except (ValueError, RuntimeError, ArithmeticError) as error:
         raise SceneError(scene.name, [f"loading: {error}"]) from error
     return IndenterGeometry(
@@ -373,20 +378,6 @@ def largest_contact(
                 radius = first
         depth += cut
     return depth, radius
-
-
-def impact_contacts(
-    scene: Scene, profile: equivalents.Profile, velocities: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the penetrations and contact radii of impacts at increasing velocities.
-
-    Some velocities are estimated; between them, power laws interpolate.
-    """
-    few = velocities[np.unique(np.linspace(0, velocities.size - 1, IMPACTS).round().astype(int))]
-    depths = np.array([_struck(scene, profile, speed) for speed in few])
-    between = np.interp(np.log(velocities), np.log(few), np.log(depths))
-    depth = np.exp(between)
-    return depth, np.asarray(profile.contact_radius(depth))
 
 
 def _struck(scene: Scene, profile: equivalents.Profile, speed: float) -> float:

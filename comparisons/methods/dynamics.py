@@ -13,19 +13,16 @@ from typing import Any, ClassVar
 import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry, equivalent_profile, indenter_geometry
+from comparisons.methods import Refused, Solution, Solver, Step, Task, needed
 from comparisons.methods.fem.indenter import Fem
 from comparisons.methods.normal.bem import BemDense, BemFft
 from comparisons.methods.normal.closed_form import FormSolver
 from comparisons.methods.normal.reduced import ProfileSolver
 from comparisons.methods.runner import run
-from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.methods.viscoelastic import SOURCES, body_of, circular, material_of, springs_of
 from comparisons.scene.loading import AbsoluteLoads, loads_of
 from comparisons.scene.physics.tables.dynamics import Dynamics
 from comparisons.scene.scene import Scene, validated
-from comparisons.tasks.solution import Solution
-from comparisons.tasks.steps import Step
-from comparisons.tasks.task import Task
 from reduced.errors import ConvergenceError
 from reduced.memory.in_time import impact as strike_viscoelastic
 from reduced.memory.row import RelaxingSprings
@@ -56,6 +53,17 @@ def history_of(loads: AbsoluteLoads, times: np.ndarray) -> History:
 def _force(task: Task, force: np.ndarray) -> dict[str, np.ndarray]:
     """Return the contact's force, but where one on the mass is prescribed: that is another."""
     return {} if task.loads.control == "force" else {"force": np.asarray(force)}
+
+
+def struck(velocity: float, hit: Any, penetration: float, force: float) -> dict[str, float]:
+    """Return the quantities of an impact; elastic bodies give back all of the energy."""
+    return {
+        "velocity": float(velocity),
+        "restitution": getattr(hit, "restitution", 1.0),
+        "penetration": penetration,
+        "force": force,
+        "contact_duration": hit.duration,
+    }
 
 
 # The ladder: from this share of the shallowest impact to this multiple of the deepest estimate.
@@ -125,9 +133,7 @@ class CurveImpact(Solver[IndenterGeometry]):
             except (ValueError, RuntimeError) as error:
                 solution.fail((0, step), str(error))
                 continue
-            values = {"velocity": float(velocity), "restitution": 1.0, "force": hit.force}
-            values |= {"penetration": hit.penetration, "contact_duration": hit.duration}
-            solution.put((0, step), values)
+            solution.put((0, step), struck(velocity, hit, hit.penetration, hit.force))
             solution.truncation = max(solution.truncation, hit.bar)
         solution.iterations[:] = pressed.iterations.sum()
         solution.violation[:] = float(np.nanmax(pressed.violation, initial=0.0))
@@ -237,12 +243,9 @@ class ClosedFormImpact(FormSolver):
         return Solution.of(task, curves | _force(task, form.force(inside)), violation=0.0)
 
     def steps(self, task: Task[IndenterGeometry], loads: np.ndarray) -> Iterator[Step]:
-        """Integrate each impact; elastic bodies give back all of the energy."""
         for velocity in loads:
             hit = collide(self.form, self.dynamics.mass, float(velocity))
-            values = {"velocity": float(velocity), "restitution": 1.0}
-            values |= {"penetration": hit.penetration, "force": hit.force}
-            yield Step(values | {"contact_duration": hit.duration}, violation=0.0)
+            yield Step(struck(velocity, hit, hit.penetration, hit.force), violation=0.0)
 
 
 class FftImpact(CurveImpact):
@@ -299,10 +302,8 @@ class ReducedViscoelasticImpact(ProfileSolver):
         row = RelaxingSprings(self.profile, self.material, ratio, springs, edges=self.edges)
         for velocity in loads:
             hit = strike_viscoelastic(row, self.mass, float(velocity), steps=STEPS * springs)
-            values = {"velocity": float(velocity), "restitution": hit.restitution}
-            values |= {"contact_duration": hit.duration, "force": float(hit.force.max())}
-            values |= {"penetration": float(hit.penetration.max())}
-            yield Step(values, unknowns=2 * springs)
+            deepest, strongest = float(hit.penetration.max()), float(hit.force.max())
+            yield Step(struck(velocity, hit, deepest, strongest), unknowns=2 * springs)
 
 
 class ClosedFormViscoelasticImpact(FormSolver):
@@ -325,6 +326,4 @@ class ClosedFormViscoelasticImpact(FormSolver):
                 *(self.form, self.modulus, self.material, self.mass, float(velocity)),
                 poisson_ratio=self.scene.poisson_ratio,
             )
-            values = {"velocity": float(velocity), "restitution": hit.restitution}
-            values |= {"contact_duration": hit.duration, "force": hit.force}
-            yield Step(values | {"penetration": hit.penetration}, violation=hit.error)
+            yield Step(struck(velocity, hit, hit.penetration, hit.force), violation=hit.error)

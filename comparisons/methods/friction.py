@@ -14,16 +14,13 @@ from typing import ClassVar
 import numpy as np
 
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
+from comparisons.methods import Refused, Row, Solution, Solver, Step, Task, needed
 from comparisons.methods.fem.indenter import LARGEST_POISSON, FemSolver
 from comparisons.methods.normal.bem import HalfSpaceGrid
 from comparisons.methods.normal.closed_form import FormSolver
 from comparisons.methods.normal.grid import SMALL_BALL, Grid, cells, counted_quantities, make_grid
 from comparisons.methods.normal.reduced import LineSolver, ProfileSolver, line_picture
-from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.scene.scene import Scene
-from comparisons.tasks.solution import Solution
-from comparisons.tasks.steps import Row, Step
-from comparisons.tasks.task import Task
 from reduced.friction.slide import Friction, slide, slide_lines
 from reduced.loads import Load, LoadPath
 from reduced.rough.press import press
@@ -33,7 +30,7 @@ from reference import loads as reference_loads
 from reference.closed_form import PartialSlip
 from reference.errors import NoEquilibriumError
 from reference.fem import Material
-from reference.fem.nodal_friction import FrictionalBody, follow, frictional_body
+from reference.fem.nodal_friction import follow, frictional_body
 from reference.halfspace import areas
 from reference.halfspace.friction import FrictionalPress, sweep, tangential_stiffness
 from reference.halfspace.traction import Compliance, NormalAndTangential
@@ -397,21 +394,20 @@ class FemFriction(Solver[IndenterGeometry]):
         nu, radius = self.scene.poisson_ratio, task.geometry.contact_radius
         modulus = self.scene.effective_modulus * (1 - nu**2)
         body = frictional_body(radius, Material(modulus, nu), elements=task.resolution)
-        yield Row(partial(self._path, task, body), unknowns=body.unknowns)
-
-    def _path(
-        self, task: Task[IndenterGeometry], body: FrictionalBody, loads: np.ndarray
-    ) -> Iterator[Step]:
-        """Yield the steps at the scene's own loads."""
         paths, asked = finer_path(task, _CELLS_PER_ELEMENT * task.resolution, coupled=True)
-        gap = self.indenter.gap(*body.points.T)
-        for step in compress(follow(body, gap, self.friction, *paths), asked):
-            # nodes in contact tell an area to a spacing only, so that none is given
-            values = {
-                "tangential_force": step.tangential_force,
-                "tangential_displacement": step.tangential_displacement,
-                "friction_coefficient": step.tangential_force / step.force,
-                "penetration": step.penetration,
-                "force": step.force,
-            }
-            yield Step(values, iterations=step.sweeps, violation=step.error)
+
+        def steps(_: np.ndarray) -> Iterator[Step]:
+            """Yield the steps at the scene's own loads."""
+            gap = self.indenter.gap(*body.points.T)
+            for step in compress(follow(body, gap, self.friction, *paths), asked):
+                # nodes in contact tell an area to a spacing only, so that none is given
+                values = {
+                    "tangential_force": step.tangential_force,
+                    "tangential_displacement": step.tangential_displacement,
+                    "friction_coefficient": step.tangential_force / step.force,
+                    "penetration": step.penetration,
+                    "force": step.force,
+                }
+                yield Step(values, iterations=step.sweeps, violation=step.error)
+
+        yield Row(steps, unknowns=body.unknowns)

@@ -13,13 +13,11 @@ import numpy as np
 
 from comparisons.formatting import number
 from comparisons.geometry.prepare import IndenterGeometry
+from comparisons.methods import Refused, Solver, Step, Task, needed
 from comparisons.methods.friction import normal_load
-from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.scene.loading import loads_of
 from comparisons.scene.scene import Scene
 from comparisons.tasks.shown_loads import grid_pressure
-from comparisons.tasks.steps import Step
-from comparisons.tasks.task import Task
 from reduced import film as line_film
 from reference.lubrication.formulas import (
     LOADS,
@@ -261,15 +259,13 @@ class HamrockDowson(Formula):
         loads = loads_of(scene)
         assert loads.normal is not None
         force = float(loads.normal.values[-1])
-        if not all(self._fit(force).covers(speed) for speed in loads.values):
+        fit = SoftFit(self.radius, self.modulus, self.table.viscosity, force)
+        if not all(fit.covers(speed) for speed in loads.values):
             raise Refused(
                 f"made for ηU/(2E*R) from {' to '.join(number(end, 1) for end in SPEEDS)} and "
                 f"F/(2E*R²) from {' to '.join(number(end, 1) for end in LOADS)}"
             )
 
-    def _fit(self, load: float) -> SoftFit:
-        return SoftFit(self.radius, self.modulus, self.table.viscosity, load)
-
     def films(self, load: float, speed: float) -> dict[str, float]:
-        fit = self._fit(load)
+        fit = SoftFit(self.radius, self.modulus, self.table.viscosity, load)
         return {"film_central": fit.central(speed), "film_minimum": fit.minimum(speed)}

@@ -14,6 +14,7 @@ import numpy as np
 
 from comparisons.facts.quantities.rows import HALF_AXES
 from comparisons.geometry.prepare import Geometry, IndenterGeometry
+from comparisons.methods import Refused, Row, Solution, Solver, Step, Task, needed
 from comparisons.methods.friction import FrictionalGrid, normal_load
 from comparisons.methods.normal.closed_form import form_of
 from comparisons.methods.normal.grid import (
@@ -25,16 +26,12 @@ from comparisons.methods.normal.grid import (
     make_grid,
 )
 from comparisons.methods.normal.reduced import ProfileSolver, line_picture
-from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.scene.indenters.indenter import Indenter
 from comparisons.scene.indenters.not_round import Ellipsoid
 from comparisons.scene.physics.tables.friction import Friction
 from comparisons.scene.physics.tables.rolling import Rolling
 from comparisons.scene.scene import Scene
 from comparisons.tasks.shown_loads import grid_pressure
-from comparisons.tasks.solution import Solution
-from comparisons.tasks.steps import Row, Step
-from comparisons.tasks.task import Task
 from reduced.friction import slide
 from reduced.friction.roll import roll as roll_springs
 from reduced.loads import Load

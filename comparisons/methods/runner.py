@@ -18,11 +18,10 @@ from comparisons.errors import is_interrupt
 from comparisons.facts.quantities import derived
 from comparisons.geometry.bodies import BodyGeometry
 from comparisons.geometry.prepare import IndenterGeometry
-from comparisons.methods.solver import Solver
+from comparisons.methods import Solver, Task
 from comparisons.reasons import in_kind
 from comparisons.tasks.solution import STEPS, MalformedError, Solution
 from comparisons.tasks.steps import NO_ANSWER
-from comparisons.tasks.task import Task
 
 # Of a body that is dragged the contact is not round.
 _DRAGGED = frozenset({"friction", "sliding"})

@@ -27,7 +27,7 @@ from comparisons.scene.loading import AbsoluteLoads, loads_of
 from comparisons.scene.physics.tables.viscoelastic import Viscoelastic
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import STEPS, Solution, Stopwatch
-from comparisons.tasks.steps import Row, Step
+from comparisons.tasks.steps import Row, Step, steps_of
 from comparisons.tasks.task import Task
 from reduced.loads import LoadPath
 from reduced.memory.in_time import graded_times, indent_in_time
@@ -168,9 +168,8 @@ class ReducedMemory(InTime[IndenterGeometry], ProfileSolver):
         }
         unknowns = int(2 * widest / history.spacing)
         size = float(deepest), float(widest), history.spacing
-        for values in zip(*curves.values(), strict=True):
-            at = dict(zip(curves, map(float, values), strict=True))
-            yield Step(at, unknowns=unknowns, fields=partial(line_picture, self.profile, *size))
+        picture = partial(line_picture, self.profile, *size)
+        yield from steps_of(curves, unknowns=unknowns, fields=picture)
 
 
 def circular(form: closed_forms.ClosedForm) -> closed_forms.ClosedForm:
@@ -203,8 +202,7 @@ class ClosedFormMemory(InTime[IndenterGeometry], FormSolver):
             "force": curve.force,
             "equivalent_radius": curve.contact_radius,
         }
-        for values in zip(*curves.values(), strict=True):
-            yield Step(dict(zip(curves, map(float, values), strict=True)), violation=0.0)
+        yield from steps_of(curves, violation=0.0)
 
     def _integrated(self, loads: AbsoluteLoads, steps: np.ndarray) -> reference.Curve:
         """Evaluate the integral of the control at some of the steps."""

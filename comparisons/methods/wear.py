@@ -12,16 +12,13 @@ from functools import partial
 import numpy as np
 
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
+from comparisons.methods import Refused, Row, Solution, Step, Task, needed
 from comparisons.methods.friction import normal_load
 from comparisons.methods.normal.bem import BemFft
 from comparisons.methods.normal.closed_form import FormSolver
 from comparisons.methods.normal.grid import SMALL_BALL, Grid, contact_quantities
 from comparisons.methods.normal.reduced import Lines, LineSolver, ProfileSolver
-from comparisons.methods.solver import Refused, needed
 from comparisons.scene.scene import Scene
-from comparisons.tasks.solution import Solution
-from comparisons.tasks.steps import Row, Step
-from comparisons.tasks.task import Task
 from reduced import wear as worn_springs
 from reduced.loads import Load
 from reduced.rough.press import RoughLines
@@ -104,14 +101,7 @@ class ReducedWear(ProfileSolver):
         body: WearingBody = RoundBody(self.profile, count * spacing, count)
         if self.stress != "abel":
             body = WearingLine(body.line(np.zeros(count)), _RULES[self.stress])
-        yield Row(partial(self._steps, task, body), unknowns=body.places)
-
-    def _steps(
-        self, task: Task[IndenterGeometry], body: WearingBody, distances: np.ndarray
-    ) -> Iterator[Step]:
         swing = None if self.swing is None else worn_springs.Oscillation(*self.swing)
-        load = Load(*normal_load(task))
-        states = worn_springs.wear(body, self.modulus, load, self.coefficient, distances, swing)
         shapes: list[np.ndarray] = []
 
         def picture() -> dict[str, np.ndarray]:
@@ -126,16 +116,23 @@ class ReducedWear(ProfileSolver):
             shape = np.asarray(section.height(np.minimum(r, section.edge)), dtype=float)
             return worn_picture(r, [shape, *(shape + lost for lost in shapes)])
 
-        for state in states:
-            shapes.append(state.worn)
-            length = float(state.contact.contact_length[0, 0])
-            yield Step(
-                _spring_quantities(state, swing is not None)
-                | {"contact_length": length, "equivalent_radius": length / 2},
-                unknowns=body.places,
-                iterations=state.steps,
-                fields=picture,
-            )
+        def steps(distances: np.ndarray) -> Iterator[Step]:
+            load = Load(*normal_load(task))
+            shapes.clear()
+            for state in worn_springs.wear(
+                body, self.modulus, load, self.coefficient, distances, swing
+            ):
+                shapes.append(state.worn)
+                length = float(state.contact.contact_length[0, 0])
+                yield Step(
+                    _spring_quantities(state, swing is not None)
+                    | {"contact_length": length, "equivalent_radius": length / 2},
+                    unknowns=body.places,
+                    iterations=state.steps,
+                    fields=picture,
+                )
+
+        yield Row(steps, unknowns=body.places)
 
 
 class ReducedFretting(ReducedWear):

@@ -153,8 +153,9 @@ def attempt(
     """Solve once with given tolerances (m, k) of the peer; other arguments as in `press`."""
     stated, unit = _dimensionless(problem, tolerance)
     outcome = parent.run(
-        f"comparisons.peers.run_{peer}:solve",
+        "comparisons.peers.driver:solve",
         stated | {"repeats": repeats, "repeat_seconds": repeat_seconds},
+        peer,
         seconds=limits.seconds,
         memory=limits.memory,
     )
@@ -168,12 +169,29 @@ def attempt(
     for index in np.ndindex(*tolerance.shape):
         if index in result.reasons:
             continue
-        pressure = unit * answer["pressure"][index]
-        contact = _measured(problem, index, pressure, int(answer["iterations"][index]))
-        if isinstance(contact, str):
-            result.reasons[index] = contact
+        # the answer as a contact with its violation, or why it is none
+        operator, gap = problem.operator, problem.gaps[index[0]]
+        load = float(problem.loads[index[1]])
+        signed = unit * answer["pressure"][index]
+        tension, pressure = max(0.0, -float(signed.min())), np.maximum(signed, 0.0)
+        mask = pressure > 0
+        if not mask.any():
+            result.reasons[index] = "no cell carries pressure"
+            continue
+        if not np.isfinite(gap[mask]).all():
+            result.reasons[index] = "pressure where the shape has no material"
+            continue
+        if problem.control == "penetration":
+            depth = load
+        elif problem.control == "mean_gap":
+            depth = float(gap.mean()) - load
         else:
-            result.contacts[index] = contact
+            depth = float((gap + operator.apply(pressure))[mask].mean())
+        iterations = int(answer["iterations"][index])
+        contact = assemble(operator, gap, pressure, depth, iterations, [])
+        found = certify(operator, gap, Load(problem.control, load), contact)
+        worst = max(found, tension / float(pressure[mask].mean()))
+        result.contacts[index] = replace(contact, violation=worst)
     for name in ("seconds", "processor_seconds", "setup_seconds", "compile_seconds", "memory"):
         setattr(result, name, answer[name])
     return result
@@ -200,28 +218,3 @@ def _dimensionless(problem: Problem, tolerance: np.ndarray) -> tuple[dict[str, A
         "tolerance": tolerance,
         "depth": depths / height,
     }, unit
-
-
-def _measured(
-    problem: Problem, index: tuple[int, int], pressure: np.ndarray, iterations: int
-) -> Contact | str:
-    """Return a peer's pressure as a Contact with its violation, or the reason why it is invalid."""
-    operator, gap = problem.operator, problem.gaps[index[0]]
-    load = float(problem.loads[index[1]])
-    tension = max(0.0, -float(pressure.min()))
-    pressure = np.maximum(pressure, 0.0)
-    mask = pressure > 0
-    if not mask.any():
-        return "no cell carries pressure"
-    if not np.isfinite(gap[mask]).all():
-        return "pressure where the shape has no material"
-    if problem.control == "penetration":
-        depth = load
-    elif problem.control == "mean_gap":
-        depth = float(gap.mean()) - load
-    else:
-        depth = float((gap + operator.apply(pressure))[mask].mean())
-    contact = assemble(operator, gap, pressure, depth, iterations, [])
-    found = certify(operator, gap, Load(problem.control, load), contact)
-    worst = max(found, tension / float(pressure[mask].mean()))
-    return replace(contact, violation=worst)

@@ -9,8 +9,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from comparisons.facts.quantities import DEFAULT, DISTRIBUTIONS, TANGENTIAL, quantity
-from comparisons.scene.body import with_material
-from comparisons.scene.half_space import DEPTH_KEYS, HalfSpace
+from comparisons.scene.half_space import DEPTH_KEYS, HalfSpace, with_material
 from comparisons.scene.loading import PRESCRIBED
 from comparisons.scene.physics.tables import TABLES
 from comparisons.scene.physics.tables.viscoelastic import SAME_MODULUS
@@ -189,12 +188,9 @@ def _instead_of_two(data: Mapping[str, Any], one_body: list[str]) -> str:
 
 
 # Loads that only some tables of physics have a use for, and why.
+_TRANSMITS = "a [friction] table, which transmits tangential loads"
 _ACTS_ON = {
-    "tangential_force": (("friction",), "a [friction] table, which transmits tangential loads"),
-    "tangential_displacement": (
-        ("friction",),
-        "a [friction] table, which transmits tangential loads",
-    ),
+    **dict.fromkeys(TANGENTIAL, (("friction",), _TRANSMITS)),
     "squeeze_speed": (("lubrication",), "a [lubrication] table: there is no film"),
     "time": (
         ("viscoelastic", "dynamics"),

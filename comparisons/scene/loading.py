@@ -17,8 +17,22 @@ from pydantic import Field, ValidationInfo, model_validator
 
 from comparisons.facts.quantities import NORMAL, TANGENTIAL
 from comparisons.reasons import near
-from comparisons.scene.fields import SceneTable, WithUnit, excerpt, fail, flagged, quantity
-from comparisons.scene.units import FORCE, LENGTH, NUMBER, PRESSURE, SPEED, TIME, Dimension, to_si
+from comparisons.scene.fields import (
+    FORCE,
+    LENGTH,
+    NUMBER,
+    PRESSURE,
+    SPEED,
+    TIME,
+    Dimension,
+    SceneTable,
+    WithUnit,
+    excerpt,
+    fail,
+    flagged,
+    quantity,
+    to_si,
+)
 
 if TYPE_CHECKING:
     from comparisons.scene.scene import Scene

@@ -22,10 +22,9 @@ from comparisons.facts.methods import is_known
 from comparisons.facts.quantities import COMPARABLE, DEFAULT
 from comparisons.files import parse_toml, plain, read_toml
 from comparisons.reasons import in_kind, near
-from comparisons.scene.body import Body, with_material
 from comparisons.scene.combinations import table_problems, walks_a_path, with_defaults
 from comparisons.scene.fields import KnownMethod, Positive, SceneTable, fail
-from comparisons.scene.half_space import RELAXES, HalfSpace
+from comparisons.scene.half_space import RELAXES, Body, HalfSpace, with_material
 from comparisons.scene.indenters import AnyIndenter
 from comparisons.scene.loading import PATH, Loading
 from comparisons.scene.options import MethodOptions

@@ -88,7 +88,7 @@ class SelfAffine(SceneTable):
 
 
 class MeasuredMap(SceneTable):
-    """A measured surface, read and treated by comparisons.geometry.topography.
+    """A measured surface, read and treated by comparisons.geometry.faces.
 
     Without `detrend` a plane is subtracted; of a periodic map the mean (`TRENDS`).
     """

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import islice
+from typing import Any
 
 import numpy as np
 
@@ -44,6 +45,12 @@ class Step:
     # Makes the arrays that plots and pictures use; called at the last load of realisation 0.
     fields: Callable[[], Fields] | None = None
     body_fields: Callable[[], Fields] | None = None  # computes the fields in the body
+
+
+def steps_of(curves: Mapping[str, np.ndarray], **alike: Any) -> Iterator[Step]:
+    """Yield the steps of curves (k,), which are alike in all but their quantities."""
+    for values in zip(*curves.values(), strict=True):
+        yield Step(dict(zip(curves, map(float, values), strict=True)), **alike)
 
 
 @dataclass(frozen=True)

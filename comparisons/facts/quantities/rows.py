@@ -93,6 +93,24 @@ def _distribution(name: str, label: str, symbol: str, unit: str, bins: Bins) -> 
     return Quantity(name, label, symbol, unit, field=True, norm=True, bins=bins)
 
 
+# What follows from other quantities.
+_AREA = Derived(("equivalent_radius",), lambda k, _: np.pi * k["equivalent_radius"] ** 2)
+_COUNTED = Derived(("contact_area",), lambda k, _: k["contact_area"])
+_ROUND = Derived(("equivalent_radius",), lambda k, _: k["equivalent_radius"], round_only=True)
+_RADIUS = Derived(("contact_area",), lambda k, _: np.sqrt(k["contact_area"] / np.pi))
+_LENGTH = Derived(("stiffness",), lambda k, scene: k["stiffness"] / scene.effective_modulus)
+_RATIO = Derived(
+    ("tangential_stiffness", "stiffness"), lambda k, _: k["tangential_stiffness"] / k["stiffness"]
+)
+_MEAN = Derived(
+    ("force", "contact_area"),
+    lambda k, _: np.divide(
+        *(k["force"], k["contact_area"]),
+        out=np.zeros(k["force"].shape),
+        where=k["contact_area"] > 0,
+    ),
+)
+
 COMPUTED = (
     # Adhesion
     Quantity(
@@ -117,37 +135,10 @@ COMPUTED = (
     Quantity(
         "penetration_mean_plane", "penetration from the mean plane", "d_mean", "m", signed=True
     ),
-    Quantity(
-        "contact_area",
-        "contact area",
-        "A",
-        "m2",
-        default=True,
-        derived=Derived(("equivalent_radius",), lambda k, _: np.pi * k["equivalent_radius"] ** 2),
-    ),
-    Quantity(
-        "contact_area_raw",
-        "contact area, cells counted",
-        "A_raw",
-        "m2",
-        derived=Derived(("contact_area",), lambda k, _: k["contact_area"]),
-    ),
-    Quantity(
-        "contact_radius",
-        "contact radius",
-        "a",
-        "m",
-        derived=Derived(
-            ("equivalent_radius",), lambda k, _: k["equivalent_radius"], round_only=True
-        ),
-    ),
-    Quantity(
-        "equivalent_radius",
-        "equivalent radius",
-        "√(A/π)",
-        "m",
-        derived=Derived(("contact_area",), lambda k, _: np.sqrt(k["contact_area"] / np.pi)),
-    ),
+    Quantity("contact_area", "contact area", "A", "m2", default=True, derived=_AREA),
+    Quantity("contact_area_raw", "contact area, cells counted", "A_raw", "m2", derived=_COUNTED),
+    Quantity("contact_radius", "contact radius", "a", "m", derived=_ROUND),
+    Quantity("equivalent_radius", "equivalent radius", "√(A/π)", "m", derived=_RADIUS),
     *(
         Quantity(name, f"half-axis along {axis}", f"a_{axis}", "m", only=_ELLIPTIC)
         for name, axis in zip(HALF_AXES, "xy", strict=True)
@@ -156,27 +147,10 @@ COMPUTED = (
     Quantity("mean_gap", "mean gap", "ū", "m", load="normal", counterpart="force"),
     Quantity("contact_length", "contact length", "l", "m"),
     Quantity(
-        "contact_length_stiffness",
-        "contact length from stiffness",
-        "k/E*",
-        "m",
-        derived=Derived(("stiffness",), lambda k, scene: k["stiffness"] / scene.effective_modulus),
+        "contact_length_stiffness", "contact length from stiffness", "k/E*", "m", derived=_LENGTH
     ),
     # What yields
-    Quantity(
-        "pressure_mean",
-        "mean pressure",
-        "F/A",
-        "Pa",
-        derived=Derived(
-            ("force", "contact_area"),
-            lambda k, _: np.divide(
-                *(k["force"], k["contact_area"]),
-                out=np.zeros(k["force"].shape),
-                where=k["contact_area"] > 0,
-            ),
-        ),
-    ),
+    Quantity("pressure_mean", "mean pressure", "F/A", "Pa", derived=_MEAN),
     Quantity("pressure_peak", "peak pressure", "p_max", "Pa", only=_BOUNDED),
     *(
         Quantity(name, label, symbol, unit, only=f"{_BOUNDED}, {_UNIFORM}")
@@ -209,14 +183,9 @@ COMPUTED = (
     ),
     Quantity("tangential_stiffness", "tangential stiffness", "kₓ", "N/m", physics=_STICKS),
     Quantity(
-        "stiffness_ratio",
-        "tangential over normal stiffness",
-        "kₓ/k",
+        *("stiffness_ratio", "tangential over normal stiffness", "kₓ/k"),
         physics=_STICKS,
-        derived=Derived(
-            ("tangential_stiffness", "stiffness"),
-            lambda k, _: k["tangential_stiffness"] / k["stiffness"],
-        ),
+        derived=_RATIO,
     ),
     Quantity("stick_area", "sticking area", "A_stick", "m2", physics=_STICKS),
     Quantity("friction_coefficient", "coefficient of friction", "µ", physics=_DRAGS),

@@ -89,10 +89,8 @@ def cut(path: Path, surface: MeasuredMap) -> dict[str, Any]:
     from comparisons.geometry.map_files import libraries, text
 
     suffix = path.suffix.lower()
-    if suffix == ".npy":
-        file = text.open_npy(path, surface)
-    elif suffix in PLAIN_FORMATS:
-        file = text.open_table(path, surface)
+    if suffix in PLAIN_FORMATS:
+        file = text.open_plain(path, surface)
     elif suffix in HDF5_FORMATS:
         file = libraries.open_hdf5(path, surface)
     elif text.is_xyz(path):

@@ -21,8 +21,8 @@ from comparisons.geometry.map_files.heights import (
     shape_problems,
 )
 from comparisons.geometry.reading import FileError, shorten
+from comparisons.scene.fields import FORCE, LENGTH, to_si
 from comparisons.scene.surface import MeasuredMap
-from comparisons.scene.units import FORCE, LENGTH, to_si
 
 _TRIED = (
     "numbers separated by comma, semicolon, tab or blanks, with a decimal point or, where another "
@@ -43,64 +43,55 @@ _UNIT_LINES = {
 }
 
 
-def open_npy(path: Path, surface: MeasuredMap) -> HeightFile:
-    """Map a .npy file into memory; only the crop is read. First index along x."""
+def open_plain(path: Path, surface: MeasuredMap) -> HeightFile:
+    """Open heights alone, first index along x: a .npy file, or a table of numbers.
+
+    Of the former only the crop is read later. Of a table lines are along x, # starts a comment.
+    """
     assert surface.size is not None
     assert surface.height_unit is not None
-    try:
-        array = np.load(path, mmap_mode="r", allow_pickle=False)
-    except Exception as error:  # damaged headers raise various types of exceptions
-        raise FileError(f"not a readable .npy file ({shorten(error)})") from error
-    problems = _coordinate_problems(array)
-    if problems:
-        raise FileError(*problems)
-    note = f"heights in {surface.height_unit} read from {path.name}, first index along x"
-    return HeightFile(array, surface.size, surface.height_unit, note, holes_marked=False)
-
-
-def open_table(path: Path, surface: MeasuredMap) -> HeightFile:
-    """Read a table of numbers: first index (lines) along x, # starts a comment."""
-    assert surface.size is not None
-    assert surface.height_unit is not None
-    try:
-        layout = layout_of(path)
-        if not layout.first:
-            raise FileError("the file holds no numbers")
-        values = len(layout.fields(layout.first))
-        problems = memory_problems(values * path.stat().st_size // len(layout.first))
-        if problems:
-            raise FileError(*problems)
-        lines = layout.lines(path) if layout.decimal_comma else path
-        table = np.loadtxt(lines, delimiter=layout.delimiter, ndmin=2, encoding=layout.encoding)
-    except FileError:
-        raise
-    except (OSError, ValueError) as error:
-        raise FileError(f"not a plain table ({_TRIED}): {shorten(error)}") from error
-    problems = _coordinate_problems(table)
-    if problems:
-        raise FileError(*problems)
-    comma = ", with decimal commas" if layout.decimal_comma else ""
+    comma = ""
+    if path.suffix.lower() == ".npy":
+        try:
+            heights = np.load(path, mmap_mode="r", allow_pickle=False)
+        except Exception as error:  # damaged headers raise various types of exceptions
+            raise FileError(f"not a readable .npy file ({shorten(error)})") from error
+    else:
+        try:
+            layout = layout_of(path)
+            if not layout.first:
+                raise FileError("the file holds no numbers")
+            values = len(layout.fields(layout.first))
+            problems = memory_problems(values * path.stat().st_size // len(layout.first))
+            if problems:
+                raise FileError(*problems)
+            lines = layout.lines(path) if layout.decimal_comma else path
+            heights = np.loadtxt(
+                lines, delimiter=layout.delimiter, ndmin=2, encoding=layout.encoding
+            )
+        except FileError:
+            raise
+        except (OSError, ValueError) as error:
+            raise FileError(f"not a plain table ({_TRIED}): {shorten(error)}") from error
+        comma = ", with decimal commas" if layout.decimal_comma else ""
+    if _lists_a_grid(heights):
+        raise FileError(
+            "three columns that are x, y and z of a grid: give the file the suffix .xyz"
+        )
     note = f"heights in {surface.height_unit} read from {path.name}{comma}, first index along x"
-    return HeightFile(table, surface.size, surface.height_unit, note, holes_marked=False)
+    return HeightFile(heights, surface.size, surface.height_unit, note, holes_marked=False)
 
 
-def _coordinate_problems(array: NDArray[Any]) -> list[str]:
-    """Return the problem of three columns that are a complete regular grid, each point once."""
-    if (
-        array.ndim != 2
-        or array.shape[1] != 3
-        or array.shape[0] < 6
-        or array.dtype.kind not in "iuf"
-    ):
-        return []
+def _lists_a_grid(array: NDArray[Any]) -> bool:
+    """Whether three columns are a complete regular grid, each point once."""
+    if array.ndim != 2 or array.shape[1] != 3 or len(array) < 6 or array.dtype.kind not in "iuf":
+        return False
     places = np.asarray(array[:, :2])
     if not np.isfinite(places).all():
-        return []
+        return False
     columns, rows = (len(np.unique(coordinate)) for coordinate in places.T)
     complete = min(columns, rows) >= 2 and columns * rows == len(places)
-    if not complete or len(np.unique(places, axis=0)) < len(places):
-        return []
-    return ["three columns that are x, y and z of a grid: give the file the suffix .xyz"]
+    return complete and len(np.unique(places, axis=0)) == len(places)
 
 
 def is_xyz(path: Path) -> bool:

@@ -16,6 +16,7 @@ from typing import TypeVar
 import numpy as np
 
 from comparisons.geometry.prepare import Geometry, IndenterGeometry
+from comparisons.methods import NoAnswerError, Refused, Row, Solution, Solver, Step, Task, needed
 from comparisons.methods.fem.step import (
     bytes_of_elements,
     bytes_of_elimination,
@@ -25,14 +26,10 @@ from comparisons.methods.fem.step import (
     round_area,
 )
 from comparisons.methods.normal.grid import half_axes
-from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.scene.indenters.indenter import Indenter
 from comparisons.scene.indenters.not_round import Ellipsoid, EllipticPunch, PolygonPunch
 from comparisons.scene.polygons import distance_to_outline
 from comparisons.scene.scene import Scene
-from comparisons.tasks.solution import Solution
-from comparisons.tasks.steps import NoAnswerError, Row, Step
-from comparisons.tasks.task import Task
 from reference import fem
 from reference.closed_form import ellipsoid
 from reference.fem.two_bodies import couple
@@ -110,10 +107,14 @@ class Fem(FemSolver[IndenterGeometry]):
         return mesh_fits and not scene.rough and scene.body is None
 
     def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
-        """Elements per contact radius."""
+        """Elements per contact radius, that of the circle of equal area."""
         tolerance = self.scene.compare.tolerance
+        if self.straight and not second_order(self.indenter):
+            return 5, 7, 9  # trilinear cells, and a staircase along oblique edges
+        if self.straight and isinstance(self.indenter, PolygonPunch):
+            return 3, 4, 5
         if self.straight:
-            return face_resolutions(self.indenter, fine=tolerance < 0.003)
+            return (4, 6, 8) if tolerance < 0.003 else (3, 4, 6)
         return next((levels for least, levels in FITTED_LEVELS if tolerance >= least), FINEST)
 
     def refusal(self, task: Task[IndenterGeometry]) -> str:
@@ -170,7 +171,11 @@ class Fem(FemSolver[IndenterGeometry]):
             load = LoadPath(task.loads.control, loads)
             if body.ring is None:
                 pressed = body if points == "nodes" else fem.at_quadrature_points(body)
-                gap = face_gap(task.geometry, pressed.points)
+                x, y = pressed.points.T
+                gap = shape(x, y)
+                if self.indenter.outline is not None:  # a node on a side belongs to the face
+                    away = distance_to_outline(x, y, self.indenter.outline)
+                    gap = np.where(away < 1e-9 * task.geometry.contact_radius, 0.0, gap)
                 found = fem.press(pressed, gap, load, self.enforcement)
                 contacts = ((pressed, contact) for contact in found)
             else:
@@ -298,15 +303,6 @@ def second_order(indenter: Indenter) -> bool:
     return right_angled and long <= LONGEST_CROWDED * short
 
 
-def face_resolutions(indenter: Indenter, *, fine: bool) -> tuple[int, ...]:
-    """Return elements per radius of the circle of equal area."""
-    if not second_order(indenter):
-        return 5, 7, 9  # trilinear cells, and a staircase along oblique edges
-    if isinstance(indenter, PolygonPunch):
-        return 3, 4, 5
-    return (4, 6, 8) if fine else (3, 4, 6)
-
-
 def face_grid(geometry: IndenterGeometry, resolution: int) -> fem.TensorMesh:
     """Return the mesh lines of a face; on the positive side only, where it is its mirror image."""
     indenter = geometry.indenter
@@ -342,14 +338,6 @@ def face_grid(geometry: IndenterGeometry, resolution: int) -> fem.TensorMesh:
             parts.append(low + (high - low) * share)
         lines.append(np.append(np.concatenate(parts), last))
     return fem.TensorMesh(lines[0], lines[1], SYMMETRIES[indenter.even], 2 if crowded else 1)
-
-
-def face_gap(geometry: IndenterGeometry, points: np.ndarray) -> np.ndarray:
-    """Return 0 at points on the face and inf beside; a node on a side belongs to the face."""
-    indenter, (x, y) = geometry.indenter, points.T
-    assert indenter.outline is not None
-    near = distance_to_outline(x, y, indenter.outline) < 1e-9 * geometry.contact_radius
-    return np.where(near, 0.0, indenter.gap(x, y))
 
 
 # Cells of the grid per element along a contact radius: it covers the geometric overlap.

@@ -14,6 +14,7 @@ import numpy as np
 
 from comparisons.facts.methods import REPEATING_ELEMENTS
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry, elastic_body
+from comparisons.methods import Refused, Row, Step, Task
 from comparisons.methods.fem.indenter import (
     FAR,
     TRUNCATION_GRID,
@@ -34,10 +35,7 @@ from comparisons.methods.normal.grid import (
     indenter_resolutions,
     rough_resolutions,
 )
-from comparisons.methods.solver import Refused
 from comparisons.scene.scene import Scene
-from comparisons.tasks.steps import Row, Step
-from comparisons.tasks.task import Task
 from reference import fem
 from reference.elasticity import Material
 from reference.fem import grid_body
@@ -62,8 +60,8 @@ _IN_PLANE = {
 _IMPEDANCE = "the impedance of a half-space eight cells down (theory shared with bem_fft)"
 
 
-class FemRough(GridSolver[FreeBody | PeriodicBody]):
-    """A rough surface on finite elements that repeat from cell to cell."""
+class FemRepeating(GridSolver[FreeBody | PeriodicBody]):
+    """A rough surface, or layers and grading, on elements that repeat from cell to cell."""
 
     name = "fem"
     title = REPEATING_ELEMENTS
@@ -85,14 +83,17 @@ class FemRough(GridSolver[FreeBody | PeriodicBody]):
 
     @classmethod
     def takes(cls, scene: Scene) -> bool:
-        return scene.rough and scene.methods.fem.mesh == "repeating"
+        if scene.rough:
+            return scene.methods.fem.mesh == "repeating"
+        return not scene.half_space.uniform
 
     def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
         """Return the grids of the half-space solver; of an ensemble all but the finest.
 
         Two grids tell a mesh's error in a mean; the third would cost as much as the whole truth.
         """
-        assert isinstance(geometry, RoughGeometry)
+        if isinstance(geometry, IndenterGeometry):
+            return indenter_resolutions(self.scene, geometry)
         planned = rough_resolutions(geometry)
         ensemble = self.scene.random and self.scene.realisations > 1
         return planned[:2] if ensemble else planned
@@ -150,20 +151,6 @@ class FemRough(GridSolver[FreeBody | PeriodicBody]):
         self, task: Task, operator: FreeBody | PeriodicBody, gap: np.ndarray, loads: np.ndarray
     ) -> Iterator[Contact]:
         return grid_body.sweep(operator, gap, Load(task.loads.control, loads), self.enforcement)
-
-
-class FemDepths(FemRough):
-    """An indenter on layers or a graded body of finite elements that repeat from cell to cell."""
-
-    name = "fem"
-
-    @classmethod
-    def takes(cls, scene: Scene) -> bool:
-        return not scene.rough and not scene.half_space.uniform
-
-    def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
-        assert isinstance(geometry, IndenterGeometry)
-        return indenter_resolutions(self.scene, geometry)
 
 
 # Surface points per side of a rough patch: 32 take 2 s, and the cost grows as the fourth power.

@@ -7,9 +7,8 @@ from functools import partial
 
 import numpy as np
 
+from comparisons.methods import Step, Task
 from comparisons.tasks.shown_loads import Fields, point_pressure
-from comparisons.tasks.steps import Step
-from comparisons.tasks.task import Task
 from reference import fem
 from reference.fem.contact import radius_from_moments
 

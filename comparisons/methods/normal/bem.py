@@ -10,6 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry, elastic_body
+from comparisons.methods import Refused, Task
 from comparisons.methods.normal.grid import (
     RIM,
     GridSolver,
@@ -20,10 +21,8 @@ from comparisons.methods.normal.grid import (
     punch_grid,
     rough_resolutions,
 )
-from comparisons.methods.solver import Refused
 from comparisons.scene.options import FftOptions
 from comparisons.scene.scene import Scene
-from comparisons.tasks.task import Task
 from reference.contact.body import ElasticBody
 from reference.contact.pivot import CELL_LIMIT
 from reference.contact.press import Contact, started_from, sweep

@@ -11,15 +11,13 @@ import numpy as np
 
 from comparisons.facts.quantities.rows import HALF_AXES
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
-from comparisons.methods.solver import Solver
+from comparisons.methods import Row, Solver, Step, Task
 from comparisons.scene.indenters.not_round import Ellipsoid
 from comparisons.scene.polygons import area_fractions, offset_outline, signed_area
 from comparisons.scene.scene import Scene
 from comparisons.tasks.distributions import Stretches, of_values, wanted
 from comparisons.tasks.shown_loads import MOST_POINTS, grid_pressure
 from comparisons.tasks.solution import Solution, Stopwatch
-from comparisons.tasks.steps import Row, Step
-from comparisons.tasks.task import Task
 from reference.contact.body import ElasticBody
 from reference.errors import ConvergenceError
 from reference.halfspace import Contact, FreeOperator

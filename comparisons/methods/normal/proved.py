@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cache, lru_cache
 
 import numpy as np
 from scipy.spatial import ConvexHull
@@ -115,7 +115,7 @@ def enclosures_asked_for(
         raise
 
 
-def check_enclosed(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> Proof | RoughProof:
+def check_enclosed(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> Proof:
     """Return the proof of a scene under its loads; raise `Refused` as `enclosures` does."""
     proof = proof_of(scene, geometry)
     if loads.control not in ("penetration", "force") or loads.is_path:
@@ -151,7 +151,7 @@ def _growing(at: At) -> Of:
     return over
 
 
-def proof_of(scene: Scene, geometry: Geometry) -> Proof | RoughProof:
+def proof_of(scene: Scene, geometry: Geometry) -> Proof:
     """Return the enclosures of a scene."""
     if scene.body is not None:
         raise Refused("the theorems are for a half-space, and the [body] is finite")
@@ -294,99 +294,11 @@ _LEAST, _MOST, _MOST_POINTS = 2, 8, 128
 _NEARLY_FULL = 0.9
 
 
-@dataclass(frozen=True)
-class RoughProof:
-    """Intervals that theorems prove for one rough surface; penetrations from its highest point."""
+def proof_of_surface(scene: Scene, geometry: RoughGeometry, finer: float) -> Proof:
+    """Return the enclosures of a rough scene; its bounds are computed when asked for.
 
-    geometry: RoughGeometry
-    modulus: float  # E*
-    finer: float = 1.0  # cells per side relative to the default
-    heaviest = math.inf  # any force has its bounds
-
-    @cached_property
-    def _heights(self) -> np.ndarray:
-        return self.geometry.heights(0, self.geometry.points[0])
-
-    @cached_property
-    def _surface(self) -> Patch | PeriodicSurface:
-        kind = "periodic" if self.geometry.periodic else "free"
-        finer = round(_ROUGH_CELLS[kind] * self.finer) // max(self.geometry.points)
-        finer = min(max(finer, _LEAST), _MOST)
-        if self.geometry.periodic:
-            return PeriodicSurface(self._heights, self.geometry.size, finer)
-        return Patch(self._heights, self.geometry.size[0], finer)
-
-    @cached_property
-    def _higher(self) -> float:
-        """Height of the highest point above the sample that the bounds count from."""
-        return self._highest - self._surface.top
-
-    @property
-    def _highest(self) -> float:
-        """Highest point of the surface, from its mean."""
-        return float(self.geometry.top(0) - self._heights.mean())
-
-    @property
-    def deepest(self) -> float:
-        """Largest penetration at which anything is proved."""
-        if not self.geometry.periodic:
-            return math.inf
-        return _NEARLY_FULL * self._highest
-
-    def force(self, penetration: float) -> Interval:
-        """Force at a penetration."""
-        depth = penetration - self._higher
-        if depth <= 0:  # nothing is proved to touch, and it is less than what touches deeper
-            return Interval(0.0, self._force(penetration).upper)
-        return self._force(depth)
-
-    def _force(self, depth: float) -> Interval:
-        surface = self._surface
-        if isinstance(surface, Patch):
-            return surface.force(depth, self.modulus)
-        return surface.mean_pressure(depth, self.modulus) * self.geometry.area
-
-    def penetration(self, force: float) -> Interval:
-        """Penetration at a force."""
-        surface = self._surface
-        if isinstance(surface, Patch):
-            depth = surface.penetration(force, self.modulus)
-        else:
-            depth = surface.penetration(force / self.geometry.area, self.modulus)
-        ends = depth.lower + self._higher, depth.upper + self._higher
-        return Interval(below(ends[0], 4), above(ends[1], 4))
-
-    def energy(self, penetration: Interval, force: Interval) -> Interval:
-        """Energy where one of both is given and the other enclosed."""
-        surface, depth = self._surface, self._from_samples(penetration)
-        if isinstance(surface, Patch):
-            return surface.energy(depth, self.modulus)
-        mean = self._mean_pressure(force)
-        return surface.stored(mean, depth, self.modulus) * self.geometry.area
-
-    def stiffness(self, penetration: Interval, force: Interval) -> Interval:
-        """Stiffness where one of both is given and the other enclosed."""
-        surface, depth = self._surface, self._from_samples(penetration)
-        if isinstance(surface, Patch):
-            return surface.stiffness(depth, force, self.modulus)
-        return surface.stiffness(self._mean_pressure(force), self.modulus) * self.geometry.area
-
-    def _from_samples(self, penetration: Interval) -> Interval:
-        """Count a depth from the sample of the bounds; what is short of it does not touch."""
-        depth = Interval(
-            below(penetration.lower, 2) - self._higher, above(penetration.upper, 2) - self._higher
-        )
-        if not depth.lower > 0:
-            raise ArithmeticError("the highest sample is not proved to touch")
-        return depth
-
-    def _mean_pressure(self, force: Interval) -> Interval:
-        area = self.geometry.area
-        return Interval(below(force.lower / area, 4), above(force.upper / area, 4))
-
-
-def proof_of_surface(scene: Scene, geometry: RoughGeometry, finer: float) -> RoughProof:
-    """Return the enclosures of a rough scene; nothing is computed before it is asked for."""
+    Penetrations count from the highest point, those of the bounds from their highest sample.
+    """
     if geometry.random and scene.realisations > 1:
         raise Refused(
             f"the theorems enclose one surface, and the scene asks for the mean over "
@@ -405,4 +317,65 @@ def proof_of_surface(scene: Scene, geometry: RoughGeometry, finer: float) -> Rou
             f"of more than {_MOST_POINTS} points a side the bounds take minutes a load, and there "
             f"are {max(geometry.points)}"
         )
-    return RoughProof(geometry, scene.effective_modulus, finer)
+    modulus, area = scene.effective_modulus, geometry.area
+    cells = round(_ROUGH_CELLS["periodic" if geometry.periodic else "free"] * finer)
+    cells = min(max(cells // max(geometry.points), _LEAST), _MOST)
+
+    @cache
+    def heights() -> np.ndarray:
+        return geometry.heights(0, geometry.points[0])
+
+    @cache
+    def highest() -> float:
+        """Return the highest point of the surface, from its mean."""
+        return float(geometry.top(0) - heights().mean())
+
+    @cache
+    def surface() -> tuple[Patch | PeriodicSurface, float]:
+        """Return the surface of the bounds, and how far its highest sample is below the top."""
+        found: Patch | PeriodicSurface
+        if geometry.periodic:
+            found = PeriodicSurface(heights(), geometry.size, cells)
+        else:
+            found = Patch(heights(), geometry.size[0], cells)
+        return found, highest() - found.top
+
+    def force(penetration: float) -> Interval:
+        bounded, higher = surface()
+        depth = penetration - higher
+        touches = depth > 0  # else nothing is proved to, and it is less than what touches deeper
+        depth = depth if touches else penetration
+        if isinstance(bounded, Patch):
+            pressed = bounded.force(depth, modulus)
+        else:
+            pressed = bounded.mean_pressure(depth, modulus) * area
+        return pressed if touches else Interval(0.0, pressed.upper)
+
+    def penetration(force: float) -> Interval:
+        bounded, higher = surface()
+        load = force if isinstance(bounded, Patch) else force / area
+        depth = bounded.penetration(load, modulus)
+        return Interval(below(depth.lower + higher, 4), above(depth.upper + higher, 4))
+
+    def from_samples(penetration: Interval, force: Interval) -> tuple[Interval, Interval]:
+        """Count a depth from the sample; what is short of it does not touch. And the pressure."""
+        higher = surface()[1]
+        depth = Interval(below(penetration.lower, 2) - higher, above(penetration.upper, 2) - higher)
+        if not depth.lower > 0:
+            raise ArithmeticError("the highest sample is not proved to touch")
+        return depth, Interval(below(force.lower / area, 4), above(force.upper / area, 4))
+
+    def energy(penetration: Interval, force: Interval) -> Interval:
+        bounded, (depth, mean) = surface()[0], from_samples(penetration, force)
+        if isinstance(bounded, Patch):
+            return bounded.energy(depth, modulus)
+        return bounded.stored(mean, depth, modulus) * area
+
+    def stiffness(penetration: Interval, force: Interval) -> Interval:
+        bounded, (depth, mean) = surface()[0], from_samples(penetration, force)
+        if isinstance(bounded, Patch):
+            return bounded.stiffness(depth, force, modulus)
+        return bounded.stiffness(mean, modulus) * area
+
+    deepest = _NEARLY_FULL * highest() if geometry.periodic else math.inf
+    return Proof(force, penetration, energy, stiffness, deepest)

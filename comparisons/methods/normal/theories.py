@@ -9,12 +9,10 @@ import numpy as np
 from scipy.optimize import brentq
 
 from comparisons.geometry.prepare import RoughGeometry
+from comparisons.methods import Refused, Solution, Solver, Task
 from comparisons.methods.normal.reduced import whole_spectrum
-from comparisons.methods.solver import Refused, Solver
 from comparisons.scene.scene import Scene
 from comparisons.tasks.distributions import edges, wanted
-from comparisons.tasks.solution import Solution
-from comparisons.tasks.task import Task
 from reference.closed_form.rough_theories import (
     BushGibsonThomas,
     GreenwoodWilliamson,
@@ -60,9 +58,28 @@ class SpreadingTheory(RoughTheory):
     theory: ClassVar[type[PerssonTheory | XuTheory]]
 
     def solve(self, task: Task[RoughGeometry]) -> Solution:
-        theory = self.theory(*ring_powers(task.geometry))
+        # the wavenumbers of rings of modes, those which keep the mean square gradients of the
+        # rings, and what they add to the mean square height
+        spectrum = whole_spectrum(task.geometry)
+        q, power = np.ravel(spectrum.magnitude), np.ravel(spectrum.power)
+        ring = np.rint(np.ravel(spectrum.place)).astype(int)
+        counted = (np.bincount(ring, power * q**order) for order in (0, 2))
+        height, steep = (np.asarray(part, dtype=float) for part in counted)
+        some = height > 0
+        theory = self.theory(np.sqrt(steep[some] / height[some]), height[some])
         if task.loads.control == "mean_gap":
-            pressures = np.array([_pressure_at(theory, float(gap)) for gap in task.loads.values])
+            rms = float(np.sqrt(np.sum(theory.power)))
+            slope = float(np.sqrt(np.sum(theory.wavenumber**2 * theory.power)))
+            least = np.finfo(float).tiny  # in full contact the gap is zero
+
+            def excess(pressure: float, gap: float) -> float:
+                return float(np.log(max(theory.mean_gap(float(np.exp(pressure))), least) / gap))
+
+            found = []
+            for gap in map(float, task.loads.values):
+                ends = np.log(slope) - 40.0 - 3 * gap / rms, np.log(slope) + 3.0
+                found.append(float(np.exp(brentq(excess, *ends, args=(gap,), xtol=1e-12))))
+            pressures = np.array(found)
         else:
             pressures = self.pressures(task)
         solution = self.solution(
@@ -103,19 +120,6 @@ class Xu(SpreadingTheory):
     theory = XuTheory
 
 
-def _pressure_at(theory: PerssonTheory | XuTheory, gap: float) -> float:
-    """Return the nominal pressure at a mean gap."""
-    rms = float(np.sqrt(np.sum(theory.power)))
-    slope = float(np.sqrt(np.sum(theory.wavenumber**2 * theory.power)))
-    ends = np.log(slope) - 40.0 - 3 * gap / rms, np.log(slope) + 3.0
-    least = np.finfo(float).tiny  # in full contact the gap is zero
-
-    def excess(pressure: float) -> float:
-        return float(np.log(max(theory.mean_gap(float(np.exp(pressure))), least) / gap))
-
-    return float(np.exp(brentq(excess, *ends, xtol=1e-12)))
-
-
 class AsperityTheory(RoughTheory):
     """Summits of a Gaussian surface as Hertz's contacts that do not know of each other."""
 
@@ -148,19 +152,6 @@ class Bush(AsperityTheory):
     name = "bush_gibson_thomas"
     note = "Bush, Gibson & Thomas 1975"
     asperities = BushGibsonThomas
-
-
-def ring_powers(geometry: RoughGeometry) -> tuple[np.ndarray, np.ndarray]:
-    """Return the wavenumbers of rings of modes, and what they add to the mean square height.
-
-    The wavenumber is that which keeps the mean square gradient of a ring.
-    """
-    spectrum = whole_spectrum(geometry)
-    q, power = np.ravel(spectrum.magnitude), np.ravel(spectrum.power)
-    ring = np.rint(np.ravel(spectrum.place)).astype(int)
-    height, slope = (np.bincount(ring, power * q**order) for order in (0, 2))
-    some = height > 0
-    return np.sqrt(slope[some] / height[some]), height[some]
 
 
 def moments(geometry: RoughGeometry) -> Moments:

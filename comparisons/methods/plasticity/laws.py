@@ -18,6 +18,7 @@ from scipy.optimize import brentq
 
 from comparisons.formatting import with_unit
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
+from comparisons.methods import Step, Task
 from comparisons.methods.normal.bem import BemFft
 from comparisons.methods.normal.closed_form import FormSolver
 from comparisons.methods.normal.grid import Grid, block_means, blocks_of, contact_step
@@ -36,8 +37,6 @@ from comparisons.scene.physics.tables.plasticity import HARDNESS, Plasticity
 from comparisons.scene.scene import Scene
 from comparisons.tasks.shown_loads import Fields
 from comparisons.tasks.solution import Solution, Stopwatch
-from comparisons.tasks.steps import Step
-from comparisons.tasks.task import Task
 from reduced.errors import ConvergenceError
 from reduced.loads import Load, LoadPath
 from reduced.plasticity import Yielding, YieldingSprings, ZunkerKamrin, first_yield, walk

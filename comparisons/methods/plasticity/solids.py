@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry, equivalent_profile
+from comparisons.methods import Refused, Solution, Solver, Task
 from comparisons.methods.fem.indenter import PARTS, contact_stretch
 from comparisons.methods.particles import Mca, contact_step, net_of
 from comparisons.methods.plasticity.laws import (
@@ -19,14 +20,11 @@ from comparisons.methods.plasticity.laws import (
     material_of,
     tables_of,
 )
-from comparisons.methods.solver import Refused, Solver
 from comparisons.scene.indenters.not_round import Ellipsoid
 from comparisons.scene.loading import loads_of
 from comparisons.scene.scene import Scene
 from comparisons.tasks.shown_loads import Fields
-from comparisons.tasks.solution import Solution
 from comparisons.tasks.steps import Row, Step, record
-from comparisons.tasks.task import Task
 from reduced.loads import Load
 from reduced.springs.indent import indent
 from reduced.springs.line import Springs

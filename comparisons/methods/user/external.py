@@ -26,13 +26,11 @@ from comparisons.facts.quantities import COMPARABLE
 from comparisons.geometry.prepare import Geometry
 from comparisons.isolation import parent
 from comparisons.isolation.parent import Limits
-from comparisons.methods import registry
-from comparisons.methods.solver import Refused, Solver
+from comparisons.methods import Refused, Solver, Task, registry
 from comparisons.reasons import in_kind, one_line
 from comparisons.scene.physics.tables import TABLES
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution, curve_of, solution_of
-from comparisons.tasks.task import Task
 
 WORK = "comparisons.solving.external_work"
 # Known to every process of a run: workers start with the methods of the command line.
@@ -96,21 +94,19 @@ class UserSolver(Solver[Geometry]):
             seconds = min(PLAN_SECONDS, cls.origin.seconds)
             outcome = cls.ask("plan", scene, seconds=seconds)
             answer = outcome.answer if outcome.ok else {}
-            levels = answer.get("resolutions")
+            levels: Any = answer.get("resolutions")
+            whole = isinstance(levels, list) and 1 <= len(levels) <= MOST_RESOLUTIONS
+            plan: dict[str, Any] = {"ok": False}
             if not outcome.ok:
-                plan = _broken(f"planning {_failure(outcome)}")
+                plan |= {"reason": f"planning {_failure(outcome)}", "broken": True}
             elif answer.get("ok") is not True:
-                reason = _text(answer.get("reason") or "refused without a reason")
-                plan = {"ok": False, "reason": reason}
-            elif (
-                isinstance(levels, list)
-                and 1 <= len(levels) <= MOST_RESOLUTIONS
-                and all(type(n) is int and 1 <= n <= 2**20 for n in levels)
-            ):
+                plan["reason"] = _text(answer.get("reason") or "refused without a reason")
+            elif not (whole and all(type(n) is int and 1 <= n <= 2**20 for n in levels)):
+                reason = f"malformed answer: resolutions are {_text(levels)}"
+                plan |= {"reason": reason, "broken": True}
+            else:
                 texts = {part: _text(answer.get(part, "")) for part in ("reason", "model")}
                 plan = {"ok": True, "resolutions": levels, **texts}
-            else:
-                plan = _broken(f"malformed answer: resolutions are {_text(levels)}")
             cls._plans[key] = plan
         return cls._plans[key]
 
@@ -205,9 +201,8 @@ def add_methods(files: Sequence[str | Path] = (), limits: Limits = LIMITS) -> li
     """
     problems: list[str] = []
     notices: list[str] = []
-    entries = [f"entry:{point.name}" for point in metadata.entry_points(group=GROUP)]
-    for source in entries:
-        _add(source, limits, notices)
+    for point in metadata.entry_points(group=GROUP):
+        _add(f"entry:{point.name}", limits, notices)
     for file in files:
         path = Path(file)
         if path.is_file():
@@ -362,7 +357,3 @@ def _text(value: object) -> str:
     """Return text from outside as one short printable line."""
     line = one_line(str(value))
     return "".join(c if c.isprintable() else "?" for c in line)[:LONGEST_TEXT]
-
-
-def _broken(reason: str) -> dict[str, Any]:
-    return {"ok": False, "reason": reason, "broken": True}

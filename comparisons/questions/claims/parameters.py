@@ -9,8 +9,15 @@ import numpy as np
 from pydantic import BeforeValidator, Field, StrictBool, field_validator, model_validator
 
 from comparisons.facts.quantities import quantity
-from comparisons.scene.fields import Finite, KnownMethod, SceneTable, fail
-from comparisons.scene.units import dimension_of, number_and_unit, to_si
+from comparisons.scene.fields import (
+    Finite,
+    KnownMethod,
+    SceneTable,
+    dimension_of,
+    fail,
+    number_and_unit,
+    to_si,
+)
 
 RESOLUTION = "resolution"
 MOST_STEPS = 200

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 from pydantic import field_validator, model_validator
 
-from comparisons.scene.fields import FiniteLength, Length, Positive, fail
+from comparisons.scene.fields import NUMBER, Dimension, FiniteLength, Length, Positive, fail, to_si
 from comparisons.scene.indenters.indenter import Axisymmetric
-from comparisons.scene.units import NUMBER, Dimension, to_si
 
 if TYPE_CHECKING:
     from scipy.interpolate import PchipInterpolator

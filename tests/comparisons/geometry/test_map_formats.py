@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from comparisons.geometry.faces import read_map
 from comparisons.geometry.map_files.heights import read_heights
 from comparisons.geometry.reading import FileError
-from comparisons.geometry.topography import read_map
 from comparisons.scene.surface import MeasuredMap
 
 STEPS = 0.5, 0.25  # um along x and y

@@ -12,8 +12,8 @@ import pytest
 from comparisons import machine
 from comparisons.geometry import reading
 from comparisons.geometry.body_files import read_body
+from comparisons.geometry.faces import read_map
 from comparisons.geometry.reading import FileError, read_apart
-from comparisons.geometry.topography import read_map
 from comparisons.scene.surface import MeasuredMap
 
 LIMIT = 6e8  # bytes in these tests, so that bombs are small

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from comparisons.formatting import with_unit
+from comparisons.geometry.faces import read_map
 from comparisons.geometry.map_files import libraries
 from comparisons.geometry.reading import FileError
-from comparisons.geometry.topography import read_map
 from comparisons.scene.surface import MeasuredMap
 
 DATA = Path(__file__).parents[3].parent / "shared" / "data"

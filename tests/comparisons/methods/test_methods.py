@@ -13,10 +13,9 @@ from comparisons.geometry.prepare import prepare
 from comparisons.methods.normal import grid as blocks
 from comparisons.methods.registry import solver_for, solver_of
 from comparisons.questions.single import solve_scene
-from comparisons.scene.fields import SceneTable, WithUnit
+from comparisons.scene.fields import NUMBER, SceneTable, WithUnit, dimension_of
 from comparisons.scene.loading import LoadRange
 from comparisons.scene.scene import builtin_names, load_scene
-from comparisons.scene.units import NUMBER, dimension_of
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene

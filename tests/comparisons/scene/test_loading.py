@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from numpy._core._multiarray_umath import __cpu_dispatch__, __cpu_features__
 from pydantic_core import PydanticCustomError
 
+from comparisons.scene.fields import FORCE, LENGTH, NUMBER, PRESSURE, TIME, Dimension, to_si
 from comparisons.scene.loading import RELATIVE_FORCE, Loading, read_range
-from comparisons.scene.units import FORCE, LENGTH, NUMBER, PRESSURE, TIME, Dimension, to_si
 
 
 def values(given_loads, dimension=LENGTH):
@@ -42,7 +42,7 @@ def test_logarithmic_ranges_have_the_same_digits_on_every_processor(python):
     """NumPy has vector loops that this processor runs and others lack: not a bit hangs on them."""
     script = (
         "from comparisons.scene.loading import read_range\n"
-        "from comparisons.scene.units import LENGTH\n"
+        "from comparisons.scene.fields import LENGTH\n"
         "for to in range(2, 40):\n"
         "    table = {'from': 1e-6, 'to': to * 1e-6, 'steps': 20, 'spacing': 'log'}\n"
         "    print(read_range(table, LENGTH, 'loads'))\n"

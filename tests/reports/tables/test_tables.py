@@ -12,8 +12,8 @@ from comparisons import formatting as fmt
 from comparisons.judging.verdicts import Verdict
 from comparisons.results.advice import advise, truth_known_to
 from comparisons.results.rows import Rows
+from comparisons.scene.fields import PRESSURE, number_and_unit, to_si
 from comparisons.scene.scene import builtin_names, load_scene
-from comparisons.scene.units import PRESSURE, number_and_unit, to_si
 from comparisons.solving.plan import Roughness
 from reports.pages.page import environment
 from reports.plots.stored import slider_steps

@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Annotated, ClassVar
 
 from comparisons.formatting import unpadded
-from comparisons.scene.fields import quantity
+from comparisons.scene.fields import LENGTH, SURFACE_ENERGY, quantity
 from comparisons.scene.physics.tables.physics_table import PhysicsTable
-from comparisons.scene.units import LENGTH, SURFACE_ENERGY
 
 
 class Adhesion(PhysicsTable):

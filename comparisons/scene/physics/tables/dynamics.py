@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import model_validator
 
 from comparisons.formatting import unpadded
-from comparisons.scene.fields import fail, quantity
+from comparisons.scene.fields import MASS, SPEED, fail, quantity, to_si
 from comparisons.scene.loading import PRESCRIBED, Control, LoadRange, ranged
 from comparisons.scene.physics.tables.physics_table import PhysicsTable
-from comparisons.scene.units import MASS, SPEED, to_si
 
 if TYPE_CHECKING:
     from comparisons.scene.scene import Scene

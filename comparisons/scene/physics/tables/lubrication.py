@@ -8,10 +8,18 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field, model_validator
 
 from comparisons.formatting import unpadded
-from comparisons.scene.fields import Finite, Length, SceneTable, fail, quantity
+from comparisons.scene.fields import (
+    LENGTH,
+    SPEED,
+    VISCOSITY,
+    Finite,
+    Length,
+    SceneTable,
+    fail,
+    quantity,
+)
 from comparisons.scene.loading import PRESCRIBED, Control, LoadRange, ranged
 from comparisons.scene.physics.tables.physics_table import PhysicsTable
-from comparisons.scene.units import LENGTH, SPEED, VISCOSITY
 
 # Longest over shortest wave of a rough ball: a thousand waves.
 MOST_WAVES = 16

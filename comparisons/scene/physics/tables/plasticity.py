@@ -7,9 +7,8 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field, model_validator
 
 from comparisons.formatting import unpadded, with_unit
-from comparisons.scene.fields import Finite, fail, quantity
+from comparisons.scene.fields import PRESSURE, Finite, fail, quantity
 from comparisons.scene.physics.tables.physics_table import PhysicsTable
-from comparisons.scene.units import PRESSURE
 
 # H/Y of full yield: 2.8 under a rigid ball by Tabor (1951), 2.84 between a deformable ball and a
 # rigid flat while a << R (Jackson & Green 2005).

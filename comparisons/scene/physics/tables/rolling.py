@@ -10,10 +10,9 @@ from pydantic import field_validator, model_validator
 
 from comparisons.facts.quantities import TANGENTIAL
 from comparisons.formatting import unpadded
-from comparisons.scene.fields import fail, quantity
+from comparisons.scene.fields import NUMBER, Dimension, fail, quantity
 from comparisons.scene.loading import LoadRange, ranged
 from comparisons.scene.physics.tables.physics_table import PhysicsTable
-from comparisons.scene.units import NUMBER, Dimension
 
 SPIN = Dimension(length=-1)
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar
 
+from comparisons.scene.fields import SPEED
 from comparisons.scene.loading import Control, LoadRange, ranged
 from comparisons.scene.physics.tables.physics_table import PhysicsTable
-from comparisons.scene.units import SPEED
 
 
 class Sliding(PhysicsTable):

@@ -9,9 +9,17 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import model_validator
 
 from comparisons.formatting import unpadded
-from comparisons.scene.fields import Sign, WithUnit, fail, quantity
+from comparisons.scene.fields import (
+    PRESSURE,
+    TIME,
+    VISCOSITY,
+    Dimension,
+    Sign,
+    WithUnit,
+    fail,
+    quantity,
+)
 from comparisons.scene.physics.tables.physics_table import PhysicsTable
-from comparisons.scene.units import PRESSURE, TIME, VISCOSITY, Dimension
 
 if TYPE_CHECKING:
     from comparisons.scene.scene import Scene

@@ -9,10 +9,9 @@ from pydantic import model_validator
 
 from comparisons.facts.quantities import TANGENTIAL
 from comparisons.formatting import number, unpadded
-from comparisons.scene.fields import fail, quantity
+from comparisons.scene.fields import LENGTH, NUMBER, WEAR_COEFFICIENT, fail, quantity
 from comparisons.scene.loading import Control, LoadRange, ranged
 from comparisons.scene.physics.tables.physics_table import PhysicsTable
-from comparisons.scene.units import LENGTH, NUMBER, WEAR_COEFFICIENT
 
 if TYPE_CHECKING:
     from comparisons.scene.scene import Scene

@@ -166,7 +166,7 @@ def test_what_a_peer_cannot_do_has_its_reason(monkeypatch):
 def answering(monkeypatch, change):
     """Let a peer answer with our own solution, changed, and look what the check says."""
 
-    def run(work, stated, **limits):
+    def run(work, stated, peer, **limits):
         assert limits["seconds"] == 9
         problem = rough_problem(True, "force")
         step = [

@@ -11,7 +11,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from comparisons.isolation import parent
-from comparisons.methods.peers import live, ngsolve
+from comparisons.methods.peers import live, truths
 from comparisons.methods.peers.live import Drake, MuJoCo, Slippy
 from comparisons.methods.registry import solver_for
 from comparisons.methods.solver import Refused
@@ -189,7 +189,7 @@ def test_it_agrees_with_closed_forms(solved, shape):
 
 
 def test_its_absence_is_said(monkeypatch):
-    monkeypatch.setattr(ngsolve.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(truths.util, "find_spec", lambda name: None)
     support = solver_for("ngsolve", scene("paraboloid"))
     assert support.reason == "not installed: pip install 'roughline[peers]'"
 
