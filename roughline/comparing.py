@@ -164,14 +164,13 @@ class Comparison:
         return figure
 
     def __repr__(self) -> str:
-        lines = [f"{self.record.title}: {self.record.title_of(self._leading)} {self.verdict}"]
-        lines += [*self.record.plan.doubts, *self.disagreements]
+        heading = f"{self.record.title}: {self.record.title_of(self._leading)} {self.verdict}"
         measures = self.table()
         finest = measures[
             measures["resolution"] == measures.groupby("method")["resolution"].transform("max")
         ]
-        lines += [self.answer, *([self.proved] if self.proved else [])]
-        return "\n".join([*lines, finest.to_string(index=False)])
+        lines = heading, *self.record.plan.doubts, *self.disagreements, self.answer, self.proved
+        return "\n".join([*filter(None, lines), finest.to_string(index=False)])
 
     def _repr_html_(self) -> str:
         tolerance = fmt.tolerance(self.record.tolerance)
@@ -180,7 +179,7 @@ class Comparison:
             *self.record.plan.doubts,
             *self.disagreements,
             self.answer,
-            *([self.proved] if self.proved else []),
+            self.proved,
             notebook.table(methods_table(self.record)),
             *self.lost,
         )

@@ -143,9 +143,8 @@ class SingleResult:
                 order = np.argsort(r, kind="stable")
                 pressures[step] = {"r": r[order], "p": points[2, order]}
                 continue
-            if isinstance(
-                geometry, IndenterGeometry
-            ):  # symmetric meshes hold a part of the contact
+            if isinstance(geometry, IndenterGeometry):
+                # Symmetric meshes hold a part of the contact.
                 for axis in np.flatnonzero(geometry.indenter.even):
                     if points[axis].min() >= 0:
                         image = points[:, points[axis] > 0]

@@ -14,10 +14,7 @@ from reports.plots.figure import Figure, Level, Series
 from reports.plots.style import DOTTED, MUTED, drawing_order, look
 
 KINDS = ("accurate", "degraded", "refused", "not for", "left out", "lost")
-SOLVED, FAILED = (
-    ("accurate", "degraded"),
-    ("refused", "lost"),
-)  # one not meant for a case is neither
+SOLVED, FAILED = ("accurate", "degraded"), ("refused", "lost")  # not meant for a case: neither
 # What is below 1 ppm is an arrow at the foot, so that round-off does not squeeze the others.
 SMALLEST, LARGEST = 1e-6, 1e7
 MARGIN = 1.5

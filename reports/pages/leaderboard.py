@@ -15,7 +15,7 @@ from reports.plots.axes import error_axis, time_axis
 from reports.plots.figure import Figure, Level, Series
 from reports.plots.style import CONTACT, DOTTED, INK, LOOKS, MUTED, Look
 from reports.tables import cells
-from reports.tables.cells import Cell, Table, table
+from reports.tables.cells import Table, table
 
 SMALLEST = 1e-12  # the bar of a closed form
 MARGIN = 2.0
@@ -56,8 +56,7 @@ def board_table(board: Board) -> Table:
         seconds = cells.NOTHING if entry.seconds is None else cells.duration(entry.seconds)
         rows.append(
             (
-                Cell(entry.solver, entry.solver, "text"),
-                Cell(entry.author, entry.author, "text"),
+                *(entry.solver, entry.author),
                 cells.verdict(judged.verdicts[judged.worst].word),
                 *errors,
                 ", ".join(quantity(name).label for name in judged.beyond),

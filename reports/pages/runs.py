@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -56,51 +56,43 @@ def comparison_page(record: RunComparison, command: str, *, static: bool = False
 
 def before_and_after(solves: Sequence[Change]) -> list[Figure]:
     """Return the plots of errors and of times, those that have a point."""
+    figures = []
+    methods = dict.fromkeys(solve.method for solve in solves)
     errors = np.maximum([change.errors for change in solves], SMALLEST)
     times = np.array([change.seconds for change in solves], dtype=float)
-    drawn = (
-        _before_and_after("error", ERRORS, solves, errors, per_cent),
-        _before_and_after("time", TIMES, solves, times, fmt.duration),
-    )
-    return [figure for figure in drawn if figure is not None]
-
-
-def _before_and_after(
-    word: str,
-    caption: str,
-    solves: Sequence[Change],
-    pairs: np.ndarray,
-    label: Callable[[float], str],
-) -> Figure | None:
-    """Return what solves had before (first of `pairs`) and after, or None if none had both."""
-    pairs = pairs.reshape(-1, 2)
-    known = np.flatnonzero((np.isfinite(pairs) & (pairs > 0)).all(axis=1)).tolist()
-    if not known:
-        return None
-    span = float(pairs[known].min()) / MARGIN, float(pairs[known].max()) * MARGIN
-    ends = np.array(span)
-    series = [Series(DIAGONAL, ends, ends, marks=False, legend=False, width=1)]
-    methods = dict.fromkeys(solve.method for solve in solves)
-    for method in drawing_order(methods):
-        for changed in (False, True):  # each has its legend
-            own = [k for k in known if (solves[k].method, solves[k].bad) == (method, changed)]
-            if not own:
-                continue
-            drawn, (x, y) = look(method, among=methods), pairs[own].T
-            texts = (
-                f"{drawn.label}, {solves[k].scene}, N = {solves[k].resolution}: "
-                f"{label(pairs[k, 0])} before, {label(pairs[k, 1])} after; "
-                f"{', '.join(solves[k].kinds)}"
-                for k in own
+    for word, caption, both, label in (
+        ("error", ERRORS, errors, per_cent),
+        ("time", TIMES, times, fmt.duration),
+    ):
+        pairs = both.reshape(-1, 2)
+        known = np.flatnonzero((np.isfinite(pairs) & (pairs > 0)).all(axis=1)).tolist()
+        if not known:
+            continue
+        span = float(pairs[known].min()) / MARGIN, float(pairs[known].max()) * MARGIN
+        ends = np.array(span)
+        series = [Series(DIAGONAL, ends, ends, marks=False, legend=False, width=1)]
+        for method in drawing_order(methods):
+            for changed in (False, True):  # each has its legend
+                own = [k for k in known if (solves[k].method, solves[k].bad) == (method, changed)]
+                if not own:
+                    continue
+                drawn, (x, y) = look(method, among=methods), pairs[own].T
+                hover = tuple(
+                    f"{drawn.label}, {solves[k].scene}, N = {solves[k].resolution}: "
+                    f"{label(pairs[k, 0])} before, {label(pairs[k, 1])} after; "
+                    f"{', '.join(solves[k].kinds)}"
+                    for k in own
+                )
+                at = drawn.labelled(f"{drawn.label}, changed") if changed else drawn, x, y
+                series.append(Series(*at, line=False, hollow=changed, hover=hover, faint=0.8))
+        figures.append(
+            Figure(
+                f"{word}s",
+                f"{word.capitalize()} before and after",
+                caption,
+                log_axis(f"{word} before", span, label, most=5),  # room for them on a phone
+                log_axis(f"{word} after", span, label),
+                tuple(series),
             )
-            style = drawn.labelled(f"{drawn.label}, changed") if changed else drawn
-            hover = tuple(texts)
-            series.append(Series(style, x, y, line=False, hollow=changed, hover=hover, faint=0.8))
-    return Figure(
-        f"{word}s",
-        f"{word.capitalize()} before and after",
-        caption,
-        log_axis(f"{word} before", span, label, most=5),  # room for them on a phone
-        log_axis(f"{word} after", span, label),
-        tuple(series),
-    )
+        )
+    return figures

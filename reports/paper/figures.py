@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from comparisons import formatting as fmt
 from comparisons.errors import InputError
 from comparisons.facts.methods import ours
 from comparisons.facts.quantities import in_order, quantity
@@ -394,7 +393,7 @@ def verdict_map(scenes: Sequence[SceneRecord]) -> Figure | None:
         "verdicts",
         "Error over tolerance of all scenes",
         VERDICTS_CAPTION,
-        log_axis("(|e| ± u) / tolerance", (LOW, HIGH), lambda v: fmt.number(v, 1), most=9),
+        log_axis("(|e| ± u) / tolerance", (LOW, HIGH), most=9),
         Axis("", limits=(len(rows) - 0.5, -0.5), ticks=ticks),
         tuple(series),
         guides=(Guide(1.0, colour=INK),),

@@ -165,15 +165,9 @@ def _rough_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
         return None
     touching = np.reshape(contact, heights.shape) >= 0.5
     size = np.ravel(fields["size"]) * np.ones(2)
-    exaggeration = _rounded(0.12 * size.max() / np.ptp(heights))
+    exaggeration = _exaggeration(size.max(), np.ptp(heights))
     scale = fmt.prefix_for(heights, "m")
-    arrays = {
-        "kind": np.array("rough"),
-        "heights": heights,
-        "touching": touching,
-        "size": size,
-        "exaggeration": np.array(exaggeration),
-    }
+    arrays = {"heights": heights, "touching": touching, "size": size}
     caption = (
         f"The rough surface, peaks up ({fmt.with_unit(size[0], 'm')} × "
         f"{fmt.with_unit(size[1], 'm')}); its contacts at the last load in orange ({source}). "
@@ -185,7 +179,7 @@ def _rough_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
         fmt.number(heights.max() * scale.factor),
         "cividis",
     )
-    return Job(arrays, caption, bar)
+    return _job("rough", caption, bar, exaggeration=exaggeration, **arrays)
 
 
 def _body_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
@@ -204,7 +198,7 @@ def _body_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
     if not near.any():
         return None
     deepest = np.abs(fields["mesh_displacement"][near]).max()
-    exaggeration = _rounded(0.12 * reach / deepest) if deepest > 0 else 1.0
+    exaggeration = _exaggeration(reach, deepest)
     stress = np.asarray(fields["mesh_von_mises"], dtype=float)
     # Under sharp edges a few nodes tower over all others; they would leave the rest dark.
     highest = float(np.quantile(stress[near], 0.995))
@@ -212,19 +206,14 @@ def _body_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
     distance, nearest = cKDTree(np.column_stack([x, y])).query(points[:, :2])
     on_top = (np.abs(points[:, 2]) <= 1e-9 * reach) & (distance < 1e-6 * reach)
     arrays = {name: np.asarray(fields[name]) for name in sorted(needed)}
-    arrays |= {
-        "kind": np.array("body"),
-        "pressure": np.where(on_top, pressure[nearest], 0.0),
-        "reach": np.array(reach),
-        "highest": np.array(highest),
-        "exaggeration": np.array(exaggeration),
-    }
+    arrays["pressure"] = np.where(on_top, pressure[nearest], 0.0)
+    scalars = {"reach": reach, "highest": highest, "exaggeration": exaggeration}
     caption = (
         f"The body cut open ({source}) at the last load; the line is the "
         f"contact boundary. {_exaggerated('Displacements', exaggeration)} The part shown is "
         f"{fmt.with_unit(2 * reach, 'm')} wide."
     )
-    return Job(arrays, caption, _from_zero("von Mises stress", highest))
+    return _job("body", caption, _from_zero("von Mises stress", highest), **arrays, **scalars)
 
 
 def particle_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
@@ -247,22 +236,17 @@ def particle_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
     near[near] = tree.query_ball_point(places[near], 1.1 * spacing, return_length=True) < 13
     shift = np.asarray(fields["particle_displacement"], dtype=float)[near]
     deepest = np.abs(shift).max()
-    exaggeration = _rounded(0.12 * reach / deepest) if deepest > 0 else 1.0
+    exaggeration = _exaggeration(reach, deepest)
     stress = np.asarray(fields["particle_von_mises"], dtype=float)[near]
     highest = float(np.quantile(stress, 0.999))
-    arrays = {
-        "kind": np.array("particles"),
-        "places": (places[near] + exaggeration * shift) / reach,
-        "stress": stress,
-        "spacing": np.array(spacing / reach),
-        "highest": np.array(highest),
-    }
+    shown = {"places": (places[near] + exaggeration * shift) / reach, "stress": stress}
     caption = (
         f"The particles around the contact ({source}) at the last load, a "
         f"quarter of them taken away. {_exaggerated('Displacements', exaggeration)} The part shown "
         f"is {fmt.with_unit(2 * reach, 'm')} wide."
     )
-    return Job(arrays, caption, _from_zero("von Mises stress", highest))
+    bar = _from_zero("von Mises stress", highest)
+    return _job("particles", caption, bar, spacing=spacing / reach, highest=highest, **shown)
 
 
 def _hill_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
@@ -272,15 +256,14 @@ def _hill_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
         return None
     x, y, p = (np.ravel(fields[f"pressure{end}"]).reshape(sides) for end in ("_x", "_y", ""))
     highest = float(min(np.max(p), 4 * np.mean(p[p > 0])))
-    arrays = {
-        "kind": np.array("hill"),
-        "x": x,
-        "y": y,
-        "pressure": np.minimum(p, highest),
-        "highest": np.array(highest),
-    }
     caption = f"The contact pressure at the last load as a surface ({source})."
-    return Job(arrays, caption, _from_zero("pressure p", highest))
+    bar = _from_zero("pressure p", highest)
+    return _job("hill", caption, bar, x=x, y=y, pressure=np.minimum(p, highest), highest=highest)
+
+
+def _job(kind: str, caption: str, bar: ColourBar, **values: np.ndarray | float) -> Job:
+    arrays = {"kind": np.array(kind)} | {name: np.asarray(own) for name, own in values.items()}
+    return Job(arrays, caption, bar)
 
 
 def _from_zero(label: str, highest: float) -> ColourBar:
@@ -289,9 +272,9 @@ def _from_zero(label: str, highest: float) -> ColourBar:
     return ColourBar(f"{label} / {scale.unit}", "0", top, "viridis")
 
 
-def _rounded(factor: float) -> float:
-    """Round an exaggeration factor to one digit."""
-    return max(1.0, float(f"{factor:.0e}"))
+def _exaggeration(size: float, extent: float) -> float:
+    """Return how many times an extent is drawn as large, to be seen on what has a size."""
+    return max(1.0, float(f"{0.12 * size / extent:.0e}")) if extent > 0 else 1.0
 
 
 def _exaggerated(deformation: str, factor: float) -> str:

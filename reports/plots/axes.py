@@ -37,7 +37,7 @@ def value_axis(
         wide[np.isfinite(wide)], positive.min() / HALF_DECADE, positive.max() * HALF_DECADE
     )
     limits = padded(np.concatenate([positive, wide]), 0.06, 0.05)
-    ticks = log_ticks(limits, lambda v: fmt.number(v, 1), factor=scale.factor)
+    ticks = log_ticks(limits, one_digit, factor=scale.factor)
     if len(ticks) < 2:  # a range so narrow needs no logarithm, and would be left without numbers
         return Axis(quantity=name, scale=scale)
     return Axis(quantity=name, scale=scale, log=True, limits=limits, ticks=ticks)
@@ -62,8 +62,16 @@ def per_cent(error: float) -> str:
     return fmt.number(100 * error, 1).removeprefix("1×") + "\u202f%"
 
 
+def one_digit(value: float) -> str:
+    """Write a number as ticks have it."""
+    return fmt.number(value, 1)
+
+
 def log_axis(
-    title: str, limits: tuple[float, float], label: Callable[[float], str], most: int = 8
+    title: str,
+    limits: tuple[float, float],
+    label: Callable[[float], str] = one_digit,
+    most: int = 8,
 ) -> Axis:
     """Return a logarithmic axis with formatted ticks."""
     return Axis(title, log=True, limits=limits, ticks=log_ticks(limits, label, most))

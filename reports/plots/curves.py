@@ -252,12 +252,8 @@ def _caption(scene: SceneRecord, name: str, apart: float) -> str:
     # the rows of a study have the columns of all of its scenes
     if proved and np.isfinite(scene.rows[f"{name}_lower"]).any():
         parts.append(f"Solid band: {proved.in_words}")
-    finest = {
-        method: levels[-1]
-        for method in scene.methods
-        if (levels := scene.resolutions_solved(method))
-    }
-    if any(len(scene.realisations(*setting)) for setting in finest.items()):
+    solved = ((method, scene.resolutions_solved(method)) for method in scene.methods)
+    if any(len(scene.realisations(method, levels[-1])) for method, levels in solved if levels):
         parts.append(
             "Lines: means over the realisations, with one standard error; faint bands: 5 % to "
             "95 % of the realisations (for 3-D solvers, those of the reference)."

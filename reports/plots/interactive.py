@@ -70,13 +70,11 @@ def _series(series: Series, figure: Figure) -> dict[str, Any]:
         line = {"color": look.colour, "dash": look.dash.plotly, "width": series.width}
         trace["line"] = line | ({"shape": "hv"} if series.stairs else {})
     if series.marks:
-        look, name = series.look, series.look.marker.plotly
         hollow = np.asarray(series.hollow)
+        signs = [look.marker.plotly + "-open" * bool(is_open) for is_open in np.atleast_1d(hollow)]
         marker: dict[str, Any] = {
             "color": look.colour,
-            "symbol": [f"{name}-open" if is_open else name for is_open in hollow]
-            if hollow.ndim
-            else f"{name}-open" * bool(hollow) or name,
+            "symbol": signs if hollow.ndim else signs[0],
             "size": series.size or look.size,
         }
         if hollow.any() or hollow.ndim:  # filled ones beside hollow ones are of one size

@@ -179,12 +179,11 @@ def failure_view(scene: SceneRecord) -> list[Figure]:
         frames,
         "contact_area",
     )
-    return [surface, shown, *_fractions(scene, item, loads)]
+    return [surface, shown, *_fractions(scene, item, nominal, loads)]
 
 
-def _fractions(scene: SceneRecord, item: Field, loads: SliderSteps) -> list[Figure]:
+def _fractions(scene: SceneRecord, item: Field, nominal: float, loads: SliderSteps) -> list[Figure]:
     """Return contact area and length over the load as shares, with the load of the slider."""
-    nominal = float(np.prod([np.diff(outer(axis))[0] for axis in item.axes]))
     truth = scene.reference.method or item.method
     along = scene.drawn_along
     drawn: list[Series] = []

@@ -254,7 +254,7 @@ def overview(scenes: Scenes) -> Figure | None:
             faint=0.75,
         )
         series += parted(own, LOW, always=True)
-    axis = log_axis("largest error / tolerance", (LOW, HIGH), lambda v: fmt.number(v, 1))
+    axis = log_axis("largest error / tolerance", (LOW, HIGH))
     return Figure(
         "overview",
         "All scenes: time against error over tolerance",

@@ -9,7 +9,7 @@ import numpy as np
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import DISTRIBUTIONS, quantity
 from comparisons.results.record import SceneRecord
-from reports.plots.axes import log_axis, log_ticks, padded, value_axis
+from reports.plots.axes import log_axis, log_ticks, one_digit, padded, value_axis
 from reports.plots.figure import Axis, Figure, Series
 from reports.plots.stored import at_last_load
 from reports.plots.style import DOTTED, INK, MUTED, Look, drawing_order, look
@@ -50,14 +50,14 @@ def roughness(scene: SceneRecord) -> list[Figure]:
     )
     scale = fmt.Scale(1e-6, "1/µm")
     limits, spectrum = padded(wavenumber, 0.05, 0.2), Look("C2D", INK, size=5)
-    ticks = log_ticks(limits, _tick, factor=scale.factor)
+    ticks = log_ticks(limits, one_digit, factor=scale.factor)
     return [
         Figure(
             "roughness-spectrum",
             "Power spectrum of the surface",
             caption,
             Axis("wavenumber", "q", scale=scale, log=True, limits=limits, ticks=ticks),
-            log_axis("spectrum C2D / m⁴", padded(density, 0.05, 0.2), _tick, 6),
+            log_axis("spectrum C2D / m⁴", padded(density, 0.05, 0.2), most=6),
             (Series(spectrum, wavenumber, density, hover=spectrum.label, width=1.0),),
             legend=False,
         )
@@ -114,13 +114,9 @@ def distributions(scene: SceneRecord) -> list[Figure]:
                 f"Density{at_last_load(scene)}, mean over surfaces or lines, normalised."
                 + law * (name in AT_ZERO),
                 replace(value_axis(name, x, log=True), quantity="", title=title, symbol=symbol),
-                log_axis(f"density times the mean, {row.symbol} ⟨{symbol}⟩", limits, _tick),
+                log_axis(f"density times the mean, {row.symbol} ⟨{symbol}⟩", limits),
                 tuple(series),
                 quantity=name,
             )
         )
     return figures
-
-
-def _tick(value: float) -> str:
-    return fmt.number(value, 1)

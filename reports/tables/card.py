@@ -97,8 +97,9 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
         of = ""
         if body.counter_body:
             of = f" of the half-space (ν = {body.half_space.poisson_ratio:g})"
-        text = f"{stress}, {depth} below the surface{of}: elastic only if its yield stress is "
-        text += "higher"
+        text = (
+            f"{stress}, {depth} below the surface{of}: elastic only if its yield stress is higher"
+        )
         text += "" if body.dynamics else " ([plasticity] models what yields)"
         lines.append((VON_MISES, text))
     pressed = rows["contact_area"] > 0

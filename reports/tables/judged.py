@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import astuple, replace
 
 from comparisons import formatting as fmt
 from comparisons.facts.methods import MODEL, NOT_ASKED
@@ -75,15 +75,13 @@ def finding_table(scenes: Sequence[SceneRecord], method: str) -> Table:
     rows = [
         (
             Cell(row.scenes, row.scenes, "text wrap"),
-            cells.verdict(row.use),
-            Cell(row.error, row.error),
-            Cell(row.cost, row.cost),
+            *(cells.verdict(row.use), row.error, row.cost),
             Cell(row.instead, row.instead, "text wrap"),
         )
         for row in found
     ]
     heads = ("scenes", "use it?", "largest error", "its time", "instead")
-    words = " ".join(f"{cell.text}" for row in rows for cell in row).replace(",", " ").split()
+    words = " ".join(" ".join(astuple(row)) for row in found).replace(",", " ").split()
     names = {item.quantity for scene in scenes for item in scene.verdicts_on(method)}
     note = _explained(name for name in names if symbol(name) in words)
     if any("*" in row.instead for row in found):
@@ -191,8 +189,7 @@ def others_table(scene: SceneRecord) -> Table:
         decisive = worst(verdicts)
         time = cells.duration(scene.cost(method, decisive.resolution).seconds)
         setting = cells.method(method, scene=scene), cells.count(decisive.resolution), time
-        error = largest_error(scene, decisive)
-        rows.append((*setting, Cell(error, error), cells.verdict(decisive.word)))
+        rows.append((*setting, largest_error(scene, decisive), cells.verdict(decisive.word)))
         names.append(decisive.quantity)
     heads = ("method", "N", "time", "largest error", "verdict")
     title = "Other methods, on their finest grids"

@@ -48,3 +48,6 @@ def hard_cases() -> Table:
 
     rows = ((case.id, case.title, case.hard) for case in catalogue().values())
     return table(("id", "title", "difficulty"), rows, title="Hard cases")
+
+
+CATALOGUES = {"scenes": scenes, "methods": methods, "claims": claims, "hard-cases": hard_cases}

@@ -294,12 +294,7 @@ def solve(
     if csv is not None and csv == vtu:
         raise InputError(f"--csv and --vtu: expected two files, got {csv} twice")
     for target in (csv, vtu):
-        if (
-            target is not None
-            and Path(scene).exists()
-            and target.exists()
-            and target.samefile(scene)
-        ):
+        if target and target.exists() and Path(scene).exists() and target.samefile(scene):
             raise InputError(f"{target}: expected a file other than the scene itself")
     options = tuple(
         setting if "." in setting.partition("=")[0] else f"{method}.{setting}" for setting in option
@@ -465,22 +460,16 @@ def list_(catalogue: str | None = None, *, method_files: MethodFiles = NO_METHOD
     """
     from comparisons.errors import InputError
     from comparisons.reasons import near
-    from reports.tables import lists
+    from reports.tables.lists import CATALOGUES
     from roughline.commands.terminal import Terminal
 
-    tables = {
-        "scenes": lists.scenes,
-        "methods": lists.methods,
-        "claims": lists.claims,
-        "hard-cases": lists.hard_cases,
-    }
-    if catalogue is not None and catalogue not in tables:
-        expected = f"list: expected one of {', '.join(tables)}, got {catalogue!r}"
-        raise InputError(expected + near(catalogue, tables))
+    if catalogue is not None and catalogue not in CATALOGUES:
+        expected = f"list: expected one of {', '.join(CATALOGUES)}, got {catalogue!r}"
+        raise InputError(expected + near(catalogue, CATALOGUES))
     method_files.load()
     if catalogue is not None:
-        Terminal().show(tables[catalogue](), unfolded=catalogue == "hard-cases")
+        Terminal().show(CATALOGUES[catalogue](), unfolded=catalogue == "hard-cases")
         return FINE
-    for key, title in ((name, name.replace("-", " ")) for name in tables):
-        say(f"{len(tables[key]().rows):5} {title:<11} roughline list {key}")
+    for name, listed in CATALOGUES.items():
+        say(f"{len(listed().rows):5} {name.replace('-', ' '):<11} roughline list {name}")
     return FINE
