@@ -19,7 +19,7 @@ from comparisons.questions.experiments import EXPERIMENTS
 from comparisons.questions.experiments.finite_elements import LEAST_MEMORY, measure_series
 from comparisons.questions.experiments.punched_section import press_section
 from comparisons.questions.experiments.rough_contact import CHOICES
-from comparisons.questions.experiments.wave_impact import rayleigh_share, wave_impact
+from comparisons.questions.experiments.vibrations import rayleigh_share, wave_impact
 from reference.closed_form.rough_theories import line_peaks, surface_peaks
 from reports.tables.written import rewrite
 

@@ -17,8 +17,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from comparisons.questions.experiments import coulomb, vibrations
-from comparisons.questions.experiments.coulomb import march, stick_slip
-from comparisons.questions.experiments.event_driven import follow
+from comparisons.questions.experiments.coulomb import follow, march, stick_slip
 from reduced.motion import blocks as law
 from reduced.motion.blocks import Blocks, integrate
 from reduced.motion.course import Mass, Push, Stepping, move

@@ -17,14 +17,15 @@ import numpy as np
 
 from comparisons.judging.uncertainty import grid_uncertainty
 from comparisons.methods.rolling import SPIN_DOUBT
-from comparisons.questions.experiments.plane_rollers import (
+from comparisons.questions.experiments.rolling import creep_coefficients
+from comparisons.questions.experiments.rolling_cylinders import (
+    Carter,
     PlaneElements,
     PlaneSurface,
+    RubberCylinder,
     hertz,
     moving_compliance,
 )
-from comparisons.questions.experiments.rolling import creep_coefficients
-from comparisons.questions.experiments.rolling_cylinders import Carter, RubberCylinder
 from reduced.friction.roll import roll as roll_springs
 from reduced.friction.slide import Friction
 from reduced.loads import Load

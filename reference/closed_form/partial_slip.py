@@ -100,11 +100,6 @@ class PartialSlip:
         """Tangential force mu F of full sliding."""
         return self.friction * self.force
 
-    @property
-    def sliding_displacement(self) -> float:
-        """Displacement mu d E*/G* at which full sliding begins in first loading."""
-        return self.friction * self.penetration / self.modulus_ratio
-
     def along(self, tangential_force: ArrayLike) -> PartialSlipPath:
         """Return the response along a path of tangential forces (k,), monotone between them.
 

@@ -163,7 +163,7 @@ def plane_logarithm(effort: str, *, size: Annotated[float, Field(gt=1.99)] = 10.
 def kinetic_energy(
     effort: str,
     *,
-    ratio: float = 0.1,
+    ratio: Annotated[float, Field(gt=0, le=0.5)] = 0.1,
     frame: Literal["far", "held", "centre"] = "far",
     reading: Literal["rigid", "printed", "linear"] = "rigid",
     quantity: Literal["energy", "reduction"] = "energy",
@@ -179,8 +179,6 @@ def kinetic_energy(
     exact coefficient (7 - 6 nu)/(2 pi (1 - nu)) of the half-space in place of one. Quantities: the
     ``"energy"``, or the ``"reduction"`` 1 - 2 K/(m v0^2) of (19.12), an estimate.
     """
-    if not 0 < ratio <= 0.5:
-        raise ValueError(f"ratio D/R must lie in (0, 0.5], not {ratio!r}")
     if frame == "far" and kind == "plane":
         raise ValueError("in plane strain nothing is far: the field grows with the body")
     radius = 2 / float(ratio)

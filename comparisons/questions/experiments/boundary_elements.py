@@ -94,7 +94,7 @@ _MOST_CELLS = 10_000
 def active_set(
     effort: str,
     *,
-    share: float = 0.1,
+    share: Annotated[float, Field(gt=0, le=1)] = 0.1,
     start: Literal["overlap", "random", "summit"] = "overlap",
     rounds: Positive = 7,
     surface: Surface = Surface(32),
@@ -108,8 +108,6 @@ def active_set(
     penetration, within `rounds` rounds and without the solver's fallback to single changes, which
     the chapter lacks.
     """
-    if not 0 < share <= 1:
-        raise ValueError(f"share must lie in (0, 1], not {share!r}")
     if share * surface.points**2 > _MOST_CELLS:
         raise ValueError(
             f"points {surface.points}: the matrix of more than {_MOST_CELLS} cells is too large"

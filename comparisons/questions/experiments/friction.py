@@ -28,14 +28,12 @@ from comparisons.solving.shared import shared
 from reduced.friction.slide import (
     Friction,
     follow,
-    slide,
     slide_lines,
     stiffness_ratio,
     tangential_modulus,
 )
 from reduced.loads import Load, LoadPath
 from reduced.profiles import equivalents
-from reduced.springs.line import Springs
 from reduced.wear import Oscillation, RoundBody, wear
 from reference import closed_form
 from reference import loads as reference_loads
@@ -90,36 +88,6 @@ _GRIDS: dict[Effort, tuple[tuple[int, int], ...]] = {
     "quick": ((8, 6), (16, 12)),
     "full": ((16, 16), (32, 32)),
 }
-
-
-@experiment("stick-radius", "tangential force F_x/(mu F)")
-def stick_radius(effort: str, *, share: Fraction = 0.5) -> Finding:
-    """Length of the springs that stick against the stick radius in closed form.
-
-    Half their length under a paraboloid, F_x = share mu F. The reference is Cattaneo's and
-    Mindlin's.
-    """
-    form = closed_form.power_law(2.0, 1.0, 1.0)
-    exact = closed_form.PartialSlip(form, _DEPTH, friction=_FRICTION, modulus_ratio=_MODULUS)
-    path = exact.along([share * exact.limit])
-    profile = equivalents.power_law(2.0, 1.0)
-    springs, finer = (
-        slide(
-            Springs(profile, 1.0, per_radius=count),
-            Friction(_MODULUS, _FRICTION),
-            Load("penetration", _DEPTH),
-            LoadPath("tangential_force", path.tangential_force),
-        ).stick_length[0]
-        / 2
-        for count in ((40, 80) if effort == "quick" else (80, 160))
-    )
-    true = float(path.stick_radius[0])
-    details = {
-        "displacement over that at which all slides": float(
-            path.tangential_displacement[0] / exact.sliding_displacement
-        )
-    }
-    return Finding(float(finer), true, float(abs(finer - springs) / true) + EXACT, details)
 
 
 @experiment("changing-load", "last penetration over the first")
@@ -190,7 +158,7 @@ def slip_of_surface(
 def rough_slip(
     effort: Effort,
     *,
-    share: Positive = 0.9,
+    share: Fraction = 0.9,
     load: Positive = 0.02,
     surface: Surface = Surface(48, roll_off=2.0, shortest=6.0),
 ) -> Finding:
@@ -199,8 +167,6 @@ def rough_slip(
     Means at F_x = share mu F. Surfaces with H = 0.8, waves of a half to an eighth of the side.
     Sources of the bar: the scatter of both ensembles, and the grid.
     """
-    if not share < 1:
-        raise ValueError(f"share must be below 1, where the contact slides, not {share!r}")
     surfaces, count = _COUNTS[effort]
 
     def sample(factor: int, number: int) -> np.ndarray:
@@ -262,7 +228,7 @@ def _grid(cells: int, shear: float, poisson: float) -> tuple[NormalAndTangential
 def torsion(
     effort: Effort,
     *,
-    stick: float = 0.5,
+    stick: Annotated[float, Field(gt=0, le=1)] = 0.5,
     statement: Literal["closed_form", "springs"] = "springs",
     poisson_ratio: float = 0.3,
 ) -> Finding:
@@ -278,8 +244,6 @@ def torsion(
     force, as under a force along x (19.19), is a question to them: in full slip they carry mu E*
     int 2 x (d - g) dx, where the half-space carries mu int r p dA.
     """
-    if not 0 < stick <= 1:
-        raise ValueError(f"stick must be above 0 and at most 1, not {stick!r}")
     body = Compliance.of(0.25, poisson_ratio)
     ball = Torsion(paraboloid(1.0, body.effective_modulus), 1.0, FRICTION, 0.25)
     angle, exact = ball.angle(stick), ball.torque(stick)
@@ -321,7 +285,7 @@ def _pressed(poisson: float, friction: float, cells: int, steps: int) -> float:
 def pressing_with_friction(
     effort: Effort,
     *,
-    poisson_ratio: float = 0.0,
+    poisson_ratio: Annotated[float, Field(gt=-0.9, lt=0.5)] = 0.0,
     friction: Positive = 0.2986,
     statement: Literal["printed", "one_way"] = "printed",
 ) -> Finding:
@@ -332,8 +296,6 @@ def pressing_with_friction(
     Hertz's pressure as it is; `friction` is mu at nu = 0, with mu/beta the same for every nu. Steps
     of pressing are extrapolated to first order; the bar is the change by it and by the cells.
     """
-    if not -0.9 < poisson_ratio < 0.5:
-        raise ValueError(f"poisson_ratio must be between -0.9 and 0.5, not {poisson_ratio!r}")
     beta = (1 - 2 * poisson_ratio) / (2 * (1 - poisson_ratio))
     ratio = 2 * friction
     stated = 0.5

@@ -14,20 +14,27 @@ from pydantic import Field
 from comparisons.questions.experiments import coulomb
 from comparisons.questions.experiments.coulomb import (
     dry_oscillator_amplitude,
+    follow,
     march,
     stick_slip,
     stopping,
 )
-from comparisons.questions.experiments.event_driven import follow
-from comparisons.questions.experiments.experiment import Finding, Positive, Share, experiment
+from comparisons.questions.experiments.experiment import (
+    Finding,
+    Fraction,
+    Positive,
+    Share,
+    experiment,
+)
 from comparisons.questions.experiments.vibrations import (
     contact_resonance,
     deepest_without_flight,
     forced_vibration,
     free_period,
     linear_amplitude,
+    rayleigh_share,
+    wave_impact,
 )
-from comparisons.questions.experiments.wave_impact import rayleigh_share, wave_impact
 from reduced.motion.blocks import (
     Blocks,
     creep_speed,
@@ -55,7 +62,7 @@ def regularised_block(
     effort: str,
     *,
     speed_ratio: Positive = 100.0,
-    load: float = 0.5,
+    load: Annotated[float, Field(ge=0, lt=1)] = 0.5,
     quantity: Literal["rest", "force", "kinetic", "way"] = "rest",
 ) -> Finding | Share:
     """One block under the law (19.1) against Coulomb's: at rest, sliding, stopping.
@@ -66,8 +73,6 @@ def regularised_block(
     without load.
     """
     v0 = 1 / speed_ratio
-    if not 0 <= load < 1:
-        raise ValueError(f"load must be from 0 to below 1, not {load!r}")
     creep = float(creep_speed(load, 1.0, v0))
     details = {"creep over v0": creep / v0, "v0 over V": v0}
     if quantity == "rest":
@@ -200,7 +205,7 @@ def set_valued_steps(
     effort: str,
     *,
     steps: Annotated[float, Field(gt=2)] = 100.0,
-    load: float = 0.5,
+    load: Fraction = 0.5,
     quantity: Literal["oscillator", "rest"] = "oscillator",
 ) -> Share:
     """Coulomb's law as a set in fixed steps (Moreau and Jean), against its motion by events.
@@ -211,8 +216,6 @@ def set_valued_steps(
     """
     count = int(steps)
     if quantity == "rest":
-        if not 0 < load < 1:
-            raise ValueError(f"load must be between 0 and 1, not {load!r}")
         motion = march(coulomb.Blocks(1.0, 1.0, load=load), step=1.0, steps=count)
         way = float(motion.position[-1, 0]) / (0.5 * load * count**2)
         return Share(way, EXACT, {"law evaluations": float(motion.evaluations)})

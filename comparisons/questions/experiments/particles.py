@@ -98,15 +98,15 @@ def particle_yield(effort: str, *, poisson_ratio: float = 0.3) -> Finding:
 
 
 @experiment("particle-plastic", "penetration over that of first yield")
-def particle_plastic(effort: Effort, *, depth: float = 5.0) -> Finding:
+def particle_plastic(
+    effort: Effort, *, depth: Annotated[float, Field(gt=1, le=110)] = 5.0
+) -> Finding:
     """Force on a ball whose automata flow, against finite elements.
 
-    `depth` in units of that of first yield, where Hertz has p0 = 1.60 Y; the fit of L. Kogut & I.
-    Etsion (J. Appl. Mech. 69 (2002) 657) to their elements, whose own error of some two per cent is
-    in the bar.
+    `depth`, up to the 110 of the fit, in units of that of first yield, where Hertz has p0 = 1.60 Y;
+    the fit of L. Kogut & I. Etsion (J. Appl. Mech. 69 (2002) 657) to their elements, whose own
+    error of some two per cent is in the bar.
     """
-    if not 1 < depth <= 110:
-        raise ValueError(f"depth must be above 1, and no more than the 110 of the fit: {depth!r}")
     numbers = (2, 3) if effort == "quick" else (4, 5)
     exact = 1.03 * depth**1.425 if depth <= 6 else 1.40 * depth**1.263
     forces = []  # F/F_y, by three steps from the depth of first yield

@@ -24,13 +24,14 @@ from comparisons.questions.experiments.experiment import (
     experiment,
     one_of,
 )
-from comparisons.questions.experiments.plane_rollers import (
+from comparisons.questions.experiments.rolling_cylinders import (
+    Carter,
     PlaneElements,
     PlaneSurface,
+    RubberCylinder,
     hertz,
     moving_compliance,
 )
-from comparisons.questions.experiments.rolling_cylinders import Carter, RubberCylinder
 from comparisons.questions.experiments.rough_ensemble import Surface
 from comparisons.solving.shared import shared
 from reduced.friction.roll import roll_rough

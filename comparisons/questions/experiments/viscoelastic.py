@@ -11,6 +11,7 @@ from pydantic import Field
 from comparisons.judging.uncertainty import combined, ratio_of_means
 from comparisons.questions.experiments.experiment import (
     Finding,
+    Fraction,
     Positive,
     Share,
     experiment,
@@ -45,7 +46,9 @@ _TO_REST = 60.0  # relaxation times before the oscillation begins
 
 
 @experiment("harmonic-contact", "amplitude over mean depth")
-def harmonic_contact(effort: str, *, amplitude: float = 0.01, frequency: Positive = 1.0) -> Share:
+def harmonic_contact(
+    effort: str, *, amplitude: Fraction = 0.01, frequency: Positive = 1.0
+) -> Share:
     """The stiffness 2 a E*(w) of a ball on rubber against the 3-D half-space in time.
 
     Measure a ball on a standard solid, first at rest, then oscillating with w tau = `frequency`.
@@ -53,8 +56,6 @@ def harmonic_contact(effort: str, *, amplitude: float = 0.01, frequency: Positiv
     in-phase and out-of-phase force on the 3-D half-space over the last of three periods (with a
     fitted transient exp(-t/tau)). The distance of the complex stiffnesses over the true one's size.
     """
-    if not 0 < amplitude < 1:
-        raise ValueError(f"amplitude must lie between 0 and 1, not {amplitude!r}")
     stiffness = []  # the fundamental of the force over that of the depth on the 3-D half-space
     for cells, steps in _GRIDS[effort]:
         # Largest contact radius, sqrt(R d) as for the springs.

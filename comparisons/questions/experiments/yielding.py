@@ -13,6 +13,7 @@ from functools import cache
 from typing import Annotated, Literal, cast
 
 import numpy as np
+from pydantic import Field
 from scipy.optimize import brentq, minimize_scalar
 
 from comparisons.geometry.prepare import RoughGeometry, prepare
@@ -161,7 +162,7 @@ def spring_restitution(energy: float, depth: float, reading: str) -> float:
 def yielding_springs(
     effort: Effort,
     *,
-    depth: float = 10.0,
+    depth: Annotated[float, Field(ge=0.1, le=1000)] = 10.0,
     reading: Annotated[str, one_of(*READINGS, *_FORMULAS)] = "stress",
     quantity: Literal["restitution", "mean_pressure"] = "restitution",
 ) -> Finding:
@@ -171,8 +172,6 @@ def yielding_springs(
     """
     if _FORMULAS.get(reading, "restitution") != quantity:
         raise ValueError(f"{reading} says nothing of the {quantity}")
-    if not 0.1 <= depth <= 1000:
-        raise ValueError(f"depth must be from 0.1 to 1000, not {depth!r}")
     rebound = quantity == "restitution"
     grids = (_REBOUND_GRIDS if rebound else _GRIDS)[effort]
     on_few, on_many = (elements(depth * _DEPTH, n, rebound=rebound) for n in grids)

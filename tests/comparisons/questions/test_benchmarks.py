@@ -119,7 +119,7 @@ def test_rows_without_a_peer_say_so_and_still_have_our_time(monkeypatch):
     row = fem_benchmark.against_peer("nobody")
     assert (row.ratio, row.met) == (None, None)
     assert "no such method" in row.yardstick
-    (row,) = memory.rows((memory.Case("nothing", "nobody", "", (1,)),))
+    (row,) = memory.rows((memory.Case("nothing", {}, (1,), "nobody"),))
     assert row.met is None
     assert "nothing" in row.name
 

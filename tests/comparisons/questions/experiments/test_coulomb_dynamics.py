@@ -7,15 +7,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from comparisons.questions.experiments import event_driven
+from comparisons.questions.experiments import coulomb
 from comparisons.questions.experiments.coulomb import (
     Blocks,
     dry_oscillator_amplitude,
+    follow,
     march,
     stick_slip,
     stopping,
 )
-from comparisons.questions.experiments.event_driven import follow
 
 CHAIN = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
 
@@ -77,7 +77,7 @@ def cycles_lost(rng: np.random.Generator, number: int, accuracy: float = 1e-11) 
 
 def rounded_otherwise(monkeypatch: pytest.MonkeyPatch, rng: np.random.Generator) -> None:
     """Let exponentials end in other last digits, as on another processor, zeros included."""
-    exact = event_driven.expm
+    exact = coulomb.expm
 
     def other(A):
         result, seed = exact(A), np.frombuffer(np.asarray(A).tobytes(), np.uint32)
@@ -85,7 +85,7 @@ def rounded_otherwise(monkeypatch: pytest.MonkeyPatch, rng: np.random.Generator)
         return result + 2.0**-53 * np.abs(result).max(axis=-1, keepdims=True) * noise
 
     shift = int(rng.integers(2**31))
-    monkeypatch.setattr(event_driven, "expm", other)
+    monkeypatch.setattr(coulomb, "expm", other)
 
 
 @pytest.mark.parametrize("number", [24, pytest.param(2000, marks=pytest.mark.slow)])

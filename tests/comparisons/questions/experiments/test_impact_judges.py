@@ -12,8 +12,9 @@ from comparisons.questions.experiments.vibrations import (
     free_period,
     linear_amplitude,
     power_backbone,
+    rayleigh_share,
+    wave_impact,
 )
-from comparisons.questions.experiments.wave_impact import rayleigh_share, wave_impact
 from reference.closed_form import paraboloid, power_law
 from reference.dynamics.collision import HERTZ_DURATION, weak_loss
 

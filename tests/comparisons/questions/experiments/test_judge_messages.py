@@ -16,7 +16,7 @@ from comparisons.questions.experiments.plane_flow import (
 )
 from comparisons.questions.experiments.punched_section import press_section
 from comparisons.questions.experiments.rolling_cylinders import Carter, RubberCylinder
-from comparisons.questions.experiments.wave_impact import wave_impact
+from comparisons.questions.experiments.vibrations import wave_impact
 from reference.halfspace import PeriodicOperator
 from reference.halfspace.cohesive import exponential
 from reference.particles import Automata, half_space_packing

@@ -4,14 +4,15 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from comparisons.questions.experiments.plane_rollers import (
+from comparisons.questions.experiments.rolling import CreepCoefficients, creep_coefficients
+from comparisons.questions.experiments.rolling_cylinders import (
+    Carter,
     PlaneElements,
     PlaneSurface,
+    RubberCylinder,
     hertz,
     moving_compliance,
 )
-from comparisons.questions.experiments.rolling import CreepCoefficients, creep_coefficients
-from comparisons.questions.experiments.rolling_cylinders import Carter, RubberCylinder
 from comparisons.questions.experiments.viscoelastic import GridStudy, paraboloid
 from reference.halfspace.traction import Compliance, NormalAndTangential
 from reference.loads import Load
