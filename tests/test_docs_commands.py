@@ -82,7 +82,9 @@ def test_there_are_commands_of_every_kind():
 def test_every_command_is_one_of_the_command_line(command):
     """Each option is known, each value of its type, nothing is missing."""
     words = [part for part in shlex.split(command)[1:] if part != "..."]
-    app.parse_args(words, exit_on_error=False, print_error=False)
+    function, _, unknown = app.parse_args(words, exit_on_error=False, print_error=False)
+    assert callable(function)
+    assert not unknown
 
 
 def named(command: str, verb: str) -> list[str]:

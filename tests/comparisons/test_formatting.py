@@ -11,9 +11,10 @@ from comparisons import formatting as f
 T = "\u202f"
 
 
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
+# How each function writes a value: three digits and a true minus; errors in per cent or ppm;
+# durations from digits to minutes and hours; counts in groups of three.
+WRITTEN = {
+    f.number: [
         (0, "0"),
         (-0.0, "0"),
         (math.nan, "–"),
@@ -28,14 +29,7 @@ T = "\u202f"
         (1e-300, "1.00×10⁻³⁰⁰"),
         (-6.626e34, "−6.63×10³⁴"),
     ],
-)
-def test_numbers_have_three_digits_and_a_true_minus(value, text):
-    assert f.number(value) == text
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
+    f.relative: [
         (0.01, f"1.0{T}%"),
         (1e-5, f"10{T}ppm"),
         (-0.000123, f"−0.012{T}%"),
@@ -47,9 +41,22 @@ def test_numbers_have_three_digits_and_a_true_minus(value, text):
         (0.0, f"0{T}%"),
         (math.nan, "–"),
     ],
+    f.duration: [
+        (4.2e-8, f"42{T}ns"),
+        (60, f"60{T}s"),
+        (119.9, f"2{T}min{T}0{T}s"),
+        (3600, f"1{T}h{T}0{T}min"),
+        (None, "–"),
+    ],
+    f.count: [(2097152, f"2{T}097{T}152"), (math.nan, "–")],
+}
+
+
+@pytest.mark.parametrize(
+    ("write", "value", "text"), [(w, *row) for w, rows in WRITTEN.items() for row in rows]
 )
-def test_relative_errors_read_in_per_cent_or_ppm(value, text):
-    assert f.relative(value) == text
+def test_numbers_errors_durations_and_counts_are_written_for_readers(write, value, text):
+    assert write(value) == text
 
 
 @pytest.mark.parametrize(
@@ -89,19 +96,6 @@ def test_an_error_and_its_bar_share_unit_and_decimal_place():
     assert f.plus_minus(2e-16, 1e-12) == "round-off"
     assert f.plus_minus(0.0052, math.nan).endswith("± ?")
     assert f.plus_minus(None, 0.1) == "–"
-
-
-def test_durations_change_from_digits_to_minutes_and_hours():
-    assert f.duration(4.2e-8) == f"42{T}ns"
-    assert f.duration(60) == f"60{T}s"
-    assert f.duration(119.9) == f"2{T}min{T}0{T}s"
-    assert f.duration(3600) == f"1{T}h{T}0{T}min"
-    assert f.duration(None) == "–"
-
-
-def test_counts_stand_in_groups_of_three():
-    assert f.count(2097152) == f"2{T}097{T}152"
-    assert f.count(math.nan) == "–"
 
 
 @given(st.floats(min_value=-1e300, max_value=1e300, allow_subnormal=False))

@@ -112,7 +112,7 @@ def maps():
                 file.create_dataset("heights", data=heights, compression="gzip")
 
         stored["h5"] = hdf5
-    for suffix in (
+    for suffix in [
         "npy",
         "csv",
         "xyz",
@@ -125,7 +125,7 @@ def maps():
         "x3p",
         "gwy",
         "nc",
-    ):
+    ]:
         stored.get(suffix, np.savetxt)(stream := io.BytesIO(), heights)
         size = "lateral_unit" if suffix == "xyz" else "size"
         text = MAP_SCENE.format(suffix, f'{size} = "1 um"\nheight_unit = "nm"')

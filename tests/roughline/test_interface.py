@@ -58,18 +58,14 @@ def test_a_scene_is_the_same_from_tables_text_file_and_scene(tmp_path):
     assert {roughline.load_scene(part).text for part in again} == {scene.text}
 
 
-def test_changes_leave_what_they_are_made_from_alone():
-    scene = roughline.load_scene(BALL)
+def test_arrays_are_loads_and_changes_leave_what_they_are_made_from_alone():
+    depths = np.geomspace(1e-6, 1e-5, 5)
+    scene = roughline.load_scene(BALL | {"loading": {"penetration": depths}})
+    np.testing.assert_allclose(scene.loading.penetration.values, depths, rtol=1e-15)
     changed = roughline.load_scene(scene, {"indenter.radius": "5 mm"})
     assert (scene.indenter.radius, changed.indenter.radius) == (0.01, 0.005)
     roughline.load_scene(BALL, {"indenter.radius": "5 mm"})
     assert BALL["indenter"]["radius"] == "10 mm"
-
-
-def test_arrays_are_loads():
-    depths = np.geomspace(1e-6, 1e-5, 5)
-    scene = roughline.load_scene(BALL | {"loading": {"penetration": depths}})
-    np.testing.assert_allclose(scene.loading.penetration.values, depths, rtol=1e-15)
 
 
 @pytest.mark.parametrize(

@@ -51,7 +51,7 @@ def table(folder, name=RESULTS):
     return pd.read_csv(folder / name, dtype=str).drop(columns=CLOCK, errors="ignore")
 
 
-def same(one, other):
+def assert_same(one, other):
     for name in (RESULTS, MEASURES):
         pd.testing.assert_frame_equal(table(one, name), table(other, name))
     old, new = (load_study(part).scenes for part in (one, other))
@@ -89,7 +89,7 @@ def test_three_parts_are_the_whole(parts, tmp_path):
     assert max(solved) - min(solved) <= 1
     study = merge(folders, tmp_path / "merged")
     assert study.lost() == []
-    same(whole, tmp_path / "merged")
+    assert_same(whole, tmp_path / "merged")
     # What is soon solved again is not kept, of the one run as of the merged one.
     kept = [
         {path.name for path in (f / FIELDS_FOLDER).iterdir()} for f in (whole, tmp_path / "merged")
@@ -121,7 +121,7 @@ def test_a_missing_part_is_told_and_makes_no_half_mean(parts, tmp_path):
     assert counts[1] < counts[0]
     again = merge([tmp_path / "merged", folders[2]], tmp_path / "all")
     assert again.lost() == []
-    same(parts[0], tmp_path / "all")
+    assert_same(parts[0], tmp_path / "all")
     assert len(load_study(tmp_path / "all").runs) == 3
 
 
@@ -146,7 +146,7 @@ def test_methods_and_scenes_of_different_machines_come_together(rough, scene, tm
     run(ensemble(rough, methods=["reduced"]), tmp_path / "a")
     run([*ensemble(rough, methods=["bem_fft"]), *balls], tmp_path / "b")
     merge([tmp_path / "a", tmp_path / "b"], tmp_path / "merged")
-    same(tmp_path / "whole", tmp_path / "merged")
+    assert_same(tmp_path / "whole", tmp_path / "merged")
 
 
 def test_resolutions_come_together(rough, tmp_path):

@@ -186,10 +186,6 @@ def test_two_values_that_differ_are_known_by_a_validity_map():
     assert at_load(0.01, **{**steep, "surface.hurst": 0.2})["stiffness"].word == NOT_RESOLVED
 
 
-def test_a_map_was_not_measured():
-    assert known("measured-map") == {}
-
-
 def test_a_ball_that_dents_stands_at_its_depth_over_that_of_first_yield():
     """Springs lose a quarter of the force at 13 d_y; which criterion they read is another claim."""
     dented = {"plasticity": {"yield_stress": "420 MPa"}, "half_space.poisson_ratio": 0.3}
@@ -378,11 +374,12 @@ def test_where_loads_spread_the_worst_of_what_they_cover_decides():
     assert area.word == OUTSIDE
 
 
-def test_half_spaces_of_layers_and_other_rules_are_none_that_was_measured():
+def test_maps_half_spaces_of_layers_and_other_rules_are_none_that_was_measured():
     layer = {"thickness": 1e-8, "youngs_modulus": 1e9, "poisson_ratio": 0.3}
     coated = {"youngs_modulus": 1e11, "poisson_ratio": 0.3, "layers": [layer]}
     assert known("rough-patch", half_space=coated) == {}
-    assert known("graded-ball") == known("coated-ball") == known("triangle-punch") == {}
+    for name in ("graded-ball", "coated-ball", "triangle-punch", "measured-map"):
+        assert known(name) == {}
     assert known("cone", **{"methods.reduced.rule": "half_radius"}) == {}
 
 

@@ -172,16 +172,14 @@ def test_no_boundary_is_drawn_beside_a_point_that_is_not_resolved(monkeypatch):
     np.testing.assert_array_equal(boundary.y, [8, 8, 8])
 
 
-@pytest.mark.parametrize(
-    ("stated", "word"), [(0.2, "within a factor of 10"), (0.05, "outside a factor of 10")]
-)
+@pytest.mark.parametrize(("stated", "word"), [(0.2, "within"), (0.05, "outside")])
 def test_an_estimate_is_judged_by_its_order_of_magnitude(monkeypatch, stated, word):
     """A fifth of the truth is within a factor of 10, a twentieth is not; so are 5 and 20 times."""
     for ratio in (stated, 1 / stated):
         claim = law(
             monkeypatch, lambda *_, ratio=ratio: ratio - 1, nuisance=[], factor=10, tolerance=9
         )
-        assert word in judge_claim(claim, "full").sentence
+        assert f"{word} a factor of 10" in judge_claim(claim, "full").sentence
 
 
 def test_what_is_wrong_in_a_nuisance_is_told(monkeypatch):

@@ -74,7 +74,7 @@ def pressed(line, spacing, load, edges, periodic):
     return press(RoughLines(line, spacing, periodic=periodic), 1.0, load, edges=edges)
 
 
-def compare(contact, row, line, spacing, edges, periodic):
+def assert_naive_sums(contact, row, line, spacing, edges, periodic):
     modulus = MODULUS
     for k, d in enumerate(contact.penetration[row]):
         force, lengths, gap, energy = naive(line, spacing, d, edges, periodic)
@@ -113,7 +113,7 @@ def test_all_loads_equal_the_naive_sums(edges, periodic, values, seed):
     contact = press(
         RoughLines(line, 0.3, periodic=periodic), MODULUS, Load("penetration", d), edges=edges
     )
-    compare(contact, 0, line, 0.3, edges, periodic)
+    assert_naive_sums(contact, 0, line, 0.3, edges, periodic)
 
 
 @pytest.mark.parametrize("edges", EDGES)
@@ -203,7 +203,7 @@ def test_ensemble_equals_line_by_line(points, periodic, edges):
     assert together.contact_area.shape == (3, 20)
     for row, line in enumerate(lines):
         np.testing.assert_array_equal(alone[row].contact_area[0], together.contact_area[row])
-        compare(together, row, line, 0.1, edges, periodic)
+        assert_naive_sums(together, row, line, 0.1, edges, periodic)
 
 
 @pytest.mark.parametrize("control", ["force", "penetration", "mean_gap"])

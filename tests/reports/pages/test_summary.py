@@ -67,14 +67,12 @@ def test_an_ensemble_counts_every_realisation_once(study):
     assert {row["of"].text for row in table} == {"40"}
 
 
-def test_what_was_compared_names_methods_that_solved(study):
+def test_what_was_compared_names_methods_that_solved_and_are_not_judged(study, monkeypatch):
     named = compared_methods(study.scenes)
     assert named[:2] == ["closed form", "dense BEM"]
     assert "reduced model" not in named
     assert "ContactMechanics" not in named
-
-
-def test_a_method_of_the_users_own_is_never_called_a_reference(study, monkeypatch):
+    # a method of the user's own is never called a reference
     monkeypatch.setattr(SceneRecord, "judged_methods", ["reduced", "bem_dense"])
     named = compared_methods(study.scenes)
     assert "closed form" in named

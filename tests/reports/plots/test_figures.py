@@ -318,7 +318,7 @@ def test_elements_are_compared_with_the_grid_on_the_same_cells(study, monkeypatc
     assert figures.keys() >= {"pressure-map-bem_fft", "pressure-map-fem"}
 
 
-def test_large_maps_keep_their_peaks():
+def test_large_maps_and_long_lines_keep_their_peaks():
     rng = np.random.default_rng(3)
     values = rng.random((300, 270))
     side = np.arange(300.0), np.arange(270.0)
@@ -326,9 +326,6 @@ def test_large_maps_keep_their_peaks():
     assert max(small.shape) <= MOST_PIXELS
     assert small.shape == (len(x), len(y))
     assert small.max() == values.max()
-
-
-def test_long_lines_keep_their_peaks():
     x = np.linspace(0, 1, 20000)
     y = np.zeros_like(x)
     y[12345] = 1.0
@@ -338,21 +335,16 @@ def test_long_lines_keep_their_peaks():
     assert np.all(np.diff(short_x) > 0)
 
 
-def test_ticks_of_logarithmic_axes_stay_few_and_inside():
+def test_ticks_of_logarithmic_axes_stay_few_inside_and_of_one_unit():
     for low, high in [(1e-6, 1e-1), (0.9, 30), (1e-16, 1.0), (0.2, 0.4)]:
         ticks = [value for value, _ in log_ticks((low, high), str)]
         assert 1 <= len(ticks) <= 11
         assert low * 0.99 <= ticks[0]
         assert ticks[-1] <= high * 1.01
-
-
-def test_no_axis_is_left_to_ticks_of_nine_one_two():
-    """Without ticks of ours plotly numbers 9, 1, 2 ... 9 without their powers of ten."""
+    # without ticks of ours plotly numbers 9, 1, 2 ... 9 without their powers of ten
     assert not value_axis("force", np.array([1.2, 1.8]), log=True).log
     assert value_axis("force", np.array([1.2, 18.0]), log=True).ticks
-
-
-def test_an_axis_of_errors_has_one_unit():
+    # an axis of errors has one unit
     assert all(text.endswith("%") for _, text in error_axis(1e-8, 10.0, "error").ticks)
 
 

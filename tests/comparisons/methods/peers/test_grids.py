@@ -61,13 +61,8 @@ def rough_problem(periodic: bool, control: str, points=(48, 40)) -> Problem:
     return Problem(operator, np.array(gaps), control, loads[control])
 
 
-CASES = [
-    (True, "force"),
-    (True, "mean_gap"),
-    (True, "penetration"),
-    (False, "force"),
-    (False, "penetration"),
-]
+CASES = [(periodic, control) for periodic in (True, False) for control in ("force", "penetration")]
+CASES.append((True, "mean_gap"))
 
 
 @pytest.mark.parametrize("peer", PEERS)
