@@ -196,31 +196,27 @@ def test_the_words_come_from_the_numbers(monkeypatch):
         f"x from 1 to {stretch.high:.4g} (not resolved at {stretch.above:.4g})" in record.sentence
     )
     assert "−2.00 ± 0.01\u202f% at 10" in record.sentence
-    single = experiment_claim(
-        monkeypatch, lambda x, effort: Measurement(None, 0.03, 0.001), vary=None
-    )
-    assert judge_claim(single, "quick").sentence == ("Error +3.00 ± 0.10\u202f%: outside 1\u202f%.")
 
 
-def test_errors_are_listed_up_to_the_end_of_the_premise_and_beyond_it(monkeypatch):
-    """The error of a light contact is not that of a nearly full one."""
-    claim = experiment_claim(
-        monkeypatch,
-        lambda x, effort: Measurement(x, 0.1 * x, 0.0),
-        vary={"from": 1, "to": 10, "steps": 4},
-        premise={"to": 4, "condition": "little is in contact"},
-    )
-    said = judge_claim(claim, "full").sentence
-    assert said.endswith(
-        "While little is in contact: +10\u202f% at 1, +40\u202f% at 4; "
-        "beyond: +70\u202f% at 7, +100\u202f% at 10."
-    )
+LIGHT = {"premise": {"to": 4, "condition": "little is in contact"}}
 
 
-def test_a_share_is_not_called_an_error(monkeypatch):
-    """What is lost is a share of what was there; of a loss of 15 % the rest is not 17 % more."""
-    claim = experiment_claim(monkeypatch, lambda x, effort: Share(0.15, 0.01, {}))
-    assert "the smallest share is 15.0 ± 1.0\u202f%" in judge_claim(claim, "full").sentence
+@pytest.mark.parametrize(
+    ("measured", "more", "said"),
+    [
+        (lambda x: Measurement(None, 0.03, 1e-3), {"vary": None}, "Error +3.00 ± 0.10 %: outside"),
+        # the error of a light contact is not that of a nearly full one
+        (
+            *(lambda x: Measurement(x, 0.1 * x, 0.0), LIGHT),
+            "While little is in contact: +10 % at 1, +40 % at 4; beyond: +70 % at 7, +100 % at 10.",
+        ),
+        # what is lost is a share of what was there: of a loss of 15 % the rest is not 17 % more
+        (lambda x: Share(0.15, 0.01, {}), {}, "the smallest share is 15.0 ± 1.0 %"),
+    ],
+)
+def test_errors_and_shares_are_told_with_their_bars(monkeypatch, measured, more, said):
+    claim = experiment_claim(monkeypatch, lambda x, effort: measured(x), **more)
+    assert said in judge_claim(claim, "full").sentence.replace("\u202f", " ")
 
 
 def test_what_holds_by_theorem_is_said_behind_the_numbers(monkeypatch):

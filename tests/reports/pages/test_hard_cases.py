@@ -57,7 +57,9 @@ def hard_cases(tmp_path):
 FEW = ("--case", "load-one", "--case", "profile-hollow", "--case", "nu-0-5")
 
 
-def test_the_command_writes_table_record_and_page(hard_cases, capsys, tmp_path):
+def test_the_command_writes_table_record_and_page_which_is_written_anew(
+    hard_cases, capsys, tmp_path
+):
     code, folder = hard_cases("reduced", "closed_form", *FEW, "--json", str(tmp_path / "own.json"))
     assert code == 0
     assert {part.name for part in folder.iterdir()} == {*(files.RECORD, files.TABLE, PAGE)}
@@ -68,10 +70,6 @@ def test_the_command_writes_table_record_and_page(hard_cases, capsys, tmp_path):
     assert kinds["load-one", "reduced"] == "accurate"
     assert kinds["profile-hollow", "closed_form"] == "refused"
     assert len(kinds) == 6
-
-
-def test_a_page_is_written_anew(hard_cases):
-    _, folder = hard_cases("reduced", *FEW)
     (folder / PAGE).unlink()
     assert run_command(["report", str(folder)]) == 0
     assert "Poisson" in (folder / PAGE).read_text()
