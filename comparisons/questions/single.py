@@ -26,7 +26,7 @@ from comparisons.methods.normal.proved import enclosures_asked_for
 from comparisons.results.store import vtu_file
 from comparisons.scene.scene import Scene, load_scene
 from comparisons.solving.execution import execute
-from comparisons.solving.plan import Plan, task_of
+from comparisons.solving.plan import Plan
 from comparisons.solving.planning import plan_scene, single_resolution
 from comparisons.tasks.distributions import edges
 from comparisons.tasks.shown_loads import at_step, stored_steps
@@ -216,11 +216,7 @@ def solve_scene(
         cause = f"cannot solve this scene{at}: {planned.reason}"
         raise InputError(f"{plan.scene.name}: {method} {cause}")
     chosen = single_resolution(planned.resolutions, plan.geometry)
-    blocks = plan.blocks(method, chosen)
-    tasks = [
-        task_of(plan, method, chosen, block, with_body=with_fields and block[0] == 0)
-        for block in blocks
-    ]
+    tasks = plan.tasks_at(method, chosen, with_body=with_fields)
     with pieces.threads(threads):
         solution = Solution.concat([execute(task) for task in tasks], axis=REALISATIONS)
     return SingleResult(plan, method, chosen, solution)

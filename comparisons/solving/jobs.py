@@ -126,7 +126,7 @@ class Remaining:
 
 
 @dataclass
-class _Done:
+class _Spent:
     """Of some jobs: their number, the seconds beside their solves and in these, the usual ones."""
 
     jobs: int = 1
@@ -139,7 +139,7 @@ class Forecast:
     """The remaining time of jobs: their usual time, times the pace of those most like them."""
 
     def __init__(self) -> None:
-        self._done: dict[tuple[str | int, ...], _Done] = {(): _Done()}
+        self._done: dict[tuple[str | int, ...], _Spent] = {(): _Spent()}
 
     def learn(self, kind: Kind, seconds: float, solving: float = math.inf) -> None:
         """Record the cost of a job without compilation, and the time of one of its solves."""
@@ -148,7 +148,7 @@ class Forecast:
         seconds = max(seconds, 0.0)
         solving = solving if solving < seconds else seconds  # of what is lost NaN
         for group in kind.groups:
-            done = self._done.setdefault(group, _Done(0, 0.0, 0.0, 0.0))
+            done = self._done.setdefault(group, _Spent(0, 0.0, 0.0, 0.0))
             done.jobs += 1
             done.beside += max(seconds - _repeated(solving, kind), 0.0)
             done.solving += solving

@@ -134,11 +134,18 @@ class Plan(PlanRecord):
         # The key of a coarse grid says so, too: which grid is the finest changes as grids
         # are added, keys must not. `solve_task` leaves the body out on coarse grids.
         return tuple(
-            task_of(self, planned.method, n, block, with_body=pictured and block[0] == 0)
+            task
             for planned in self.methods
             for n in planned.resolutions
-            for block in self.blocks(planned.method, n)
+            for task in self.tasks_at(planned.method, n, with_body=pictured)
         )
+
+    def tasks_at(self, method: str, resolution: int, *, with_body: bool = False) -> list[Task]:
+        """Return the tasks of a method at a resolution; the first has the body."""
+        return [
+            task_of(self, method, resolution, block, with_body=with_body and block[0] == 0)
+            for block in self.blocks(method, resolution)
+        ]
 
     @property
     def settings(self) -> dict[tuple[str, int], list[Task]]:

@@ -40,7 +40,7 @@ from comparisons.results.folder import PAGE, Header, Layout
 from comparisons.solving.execution import execute
 from comparisons.solving.inquiries import Inquiry, solve_job
 from comparisons.solving.jobs import Done, Job
-from comparisons.solving.plan import Plan, task_of
+from comparisons.solving.plan import Plan
 from comparisons.solving.planning import plan_scene, refusal, single_resolution
 from comparisons.tasks.solution import REALISATIONS, Solution
 from comparisons.tasks.task import Task
@@ -182,8 +182,7 @@ def solve_warned(task: Task) -> Solution:
 
 
 def _jobs(plan: Plan, name: str, resolution: int) -> list[Job]:
-    blocks = plan.blocks(name, resolution)
-    return [solve_job(task_of(plan, name, resolution, block), solve_warned) for block in blocks]
+    return [solve_job(task, solve_warned) for task in plan.tasks_at(name, resolution)]
 
 
 def _joined(jobs: Sequence[Job], done: Mapping[str, Done]) -> Solution:
