@@ -142,11 +142,6 @@ class CondensedBody:
         """Tributary areas (n,) of the candidates, of the meshed part."""
         return self.scaled_weights * self.length * self.length
 
-    @property
-    def spacing(self) -> float:
-        """Size of the surface elements in the contact."""
-        return self.spacing_scaled * self.length
-
     @cached_property
     def scaled_radii(self) -> Array:
         """Distance (n,) of the candidates from the centre / length, before stretching."""
