@@ -6,6 +6,7 @@ This module exports what a method file needs; `comparisons.methods.registry` lis
 from __future__ import annotations
 
 from comparisons.methods.solver import Refused, Solver, method, needed
+from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.steps import NoAnswerError, Row, Step
 from comparisons.tasks.task import Task
@@ -16,6 +17,7 @@ __all__ = [
     "NoEquilibriumError",
     "Refused",
     "Row",
+    "Scene",
     "Solution",
     "Solver",
     "Step",

@@ -11,14 +11,13 @@ from numpy.typing import ArrayLike
 
 from comparisons.formatting import unpadded
 from comparisons.geometry.prepare import Geometry, IndenterGeometry
-from comparisons.methods import Refused, Solution, Solver, Task, needed
+from comparisons.methods import Refused, Scene, Solution, Solver, Task, needed
 from comparisons.methods.normal.bem import HalfSpaceGrid
 from comparisons.methods.normal.closed_form import form_of
 from comparisons.methods.normal.reduced import ProfileSolver
 from comparisons.scene.indenters.axisymmetric import Paraboloid, PowerLaw
 from comparisons.scene.indenters.indenter import Indenter
 from comparisons.scene.physics.tables.adhesion import Adhesion as AdhesionTable
-from comparisons.scene.scene import Scene
 from reduced.adhesion import adhere, pull_off
 from reduced.loads import LoadPath
 from reduced.springs.line import Springs

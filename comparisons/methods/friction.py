@@ -14,13 +14,12 @@ from typing import ClassVar
 import numpy as np
 
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
-from comparisons.methods import Refused, Row, Solution, Solver, Step, Task, needed
+from comparisons.methods import Refused, Row, Scene, Solution, Solver, Step, Task, needed
 from comparisons.methods.fem.indenter import LARGEST_POISSON, FemSolver
 from comparisons.methods.normal.bem import HalfSpaceGrid
 from comparisons.methods.normal.closed_form import FormSolver
 from comparisons.methods.normal.grid import SMALL_BALL, Grid, cells, counted_quantities, make_grid
 from comparisons.methods.normal.reduced import LineSolver, ProfileSolver, line_picture
-from comparisons.scene.scene import Scene
 from reduced.friction.slide import Friction, slide, slide_lines
 from reduced.loads import Load, LoadPath
 from reduced.rough.press import press
@@ -348,6 +347,7 @@ class FemFriction(Solver[IndenterGeometry]):
     name = "fem"
     physics = PHYSICS
     span = FemSolver.span
+    levels = (2, 4, 6)  # elements per contact radius; the mesh takes even numbers
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
@@ -362,10 +362,6 @@ class FemFriction(Solver[IndenterGeometry]):
         if friction.coupling != "full":
             raise Refused("the scene leaves out the coupling, which finite elements always include")
         self.friction = friction.coefficient
-
-    def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
-        """Elements per contact radius; the mesh takes even numbers."""
-        return (2, 4, 6)
 
     def refusal(self, task: Task[IndenterGeometry]) -> str:
         if task.resolution % 2 or task.resolution > 6:

@@ -13,10 +13,9 @@ import numpy as np
 
 from comparisons.formatting import number
 from comparisons.geometry.prepare import IndenterGeometry
-from comparisons.methods import Refused, Solver, Step, Task, needed
+from comparisons.methods import Refused, Scene, Solver, Step, Task, needed
 from comparisons.methods.friction import normal_load
 from comparisons.scene.loading import loads_of
-from comparisons.scene.scene import Scene
 from comparisons.tasks.shown_loads import grid_pressure
 from reduced import film as line_film
 from reference.lubrication.formulas import (
@@ -110,6 +109,7 @@ class ReducedFilm(FilmSolver):
     """Reynolds' equation along the line, with mass-conserving cavitation, over springs."""
 
     name = "reduced"
+    levels = (64, 128, 256)  # cells of the line per Hertz radius and reach of a rigid film together
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
@@ -117,10 +117,6 @@ class ReducedFilm(FilmSolver):
             raise Refused("the line is flooded")
         self.film = scene.methods.reduced.film
         self.note = f"the width of the film on a line is free; here {WIDTHS[self.film]}"
-
-    def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
-        """Cells of the line per Hertz radius and reach of a rigid film together."""
-        return 64, 128, 256
 
     def steps(self, task: Task, values: np.ndarray) -> Iterator[Step]:
         solve = line_film.entrain if self.squeeze_speed is None else line_film.approach

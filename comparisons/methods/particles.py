@@ -8,10 +8,9 @@ from functools import partial
 import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry, RoughGeometry
-from comparisons.methods import NoAnswerError, Row, Step, Task
+from comparisons.methods import NoAnswerError, Row, Scene, Step, Task
 from comparisons.methods.normal.grid import Grid, contact_fields, make_grid, pressure_of
 from comparisons.methods.solver import G, Refused, Solver, needed
-from comparisons.scene.scene import Scene
 from reference.halfspace import Contact, FreeOperator
 from reference.halfspace.areas import located_area
 from reference.loads import Load

@@ -14,7 +14,7 @@ import numpy as np
 
 from comparisons.facts.quantities.rows import HALF_AXES
 from comparisons.geometry.prepare import Geometry, IndenterGeometry
-from comparisons.methods import Refused, Row, Solution, Solver, Step, Task, needed
+from comparisons.methods import Refused, Row, Scene, Solution, Solver, Step, Task, needed
 from comparisons.methods.friction import FrictionalGrid, normal_load
 from comparisons.methods.normal.closed_form import form_of
 from comparisons.methods.normal.grid import (
@@ -30,7 +30,6 @@ from comparisons.scene.indenters.indenter import Indenter
 from comparisons.scene.indenters.not_round import Ellipsoid
 from comparisons.scene.physics.tables.friction import Friction
 from comparisons.scene.physics.tables.rolling import Rolling
-from comparisons.scene.scene import Scene
 from comparisons.tasks.shown_loads import grid_pressure
 from reduced.friction import slide
 from reduced.friction.roll import roll as roll_springs

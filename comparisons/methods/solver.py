@@ -73,8 +73,9 @@ class Solver(Generic[G]):
     one that is first read later counts as idle, and a scene that changes it is refused
     (`comparisons.methods.registry.solver_for`). Where the scene is none for the method it raises
     `Refused`. A subclass with a `name` is a method, or one method's solver of the scenes with just
-    the tables of its `physics`. It overrides `resolutions`, unless nothing is discretised, and one
-    of `solve` (all loads at once), `steps` (load after load) and `rows` (the same, with a set-up).
+    the tables of its `physics`. It has `levels` or overrides `resolutions`, unless it has no grid,
+    and one of `solve` (all loads at once), `steps` (load after load) and `rows` (the same, with a
+    set-up).
 
     name, title, dimension: what the method is called, and whether it solves the contact itself (3),
     is a model under test (1) or a theory of the statistics of surfaces (2). Our own methods have
@@ -84,6 +85,7 @@ class Solver(Generic[G]):
     rough: whether its scenes have rough surfaces, or indenters; None: either.
     named_only: whether only scenes that name it in `compare.methods` have it in their plans.
     depths: whether it takes layers and grading of the [half_space].
+    levels: its resolutions, where no tolerance changes them.
     note: why or by what rule the scene can be done, for the plan; "" where there is nothing to say.
     Solvers may set their own.
     span: largest ratio of the contact radii of an indenter's loads that one `solve` is given: loads
@@ -100,6 +102,7 @@ class Solver(Generic[G]):
     rough: ClassVar[bool | None] = None
     named_only: ClassVar[bool] = False
     depths: ClassVar[bool] = False
+    levels: ClassVar[tuple[int, ...]] = NO_GRID
     note: str = ""
     span: ClassVar[float] = 8.0
     shared_cells: ClassVar[float] = math.inf
@@ -123,7 +126,7 @@ class Solver(Generic[G]):
 
     def resolutions(self, geometry: G) -> tuple[int, ...]:
         """Return the resolutions that the scene's tolerance asks for, coarse to fine."""
-        return NO_GRID
+        return self.levels
 
     def series(self, usual: int, least: int, most: int, multiple: int = 1) -> tuple[int, int, int]:
         """Return three resolutions, each twice the last, of a method of second order.
@@ -178,7 +181,6 @@ class FunctionSolver(Solver[Geometry]):
     """A function of one load step, called for every realisation and load."""
 
     step: ClassVar[LoadStep]
-    levels: ClassVar[tuple[int, ...]]
     refuses: ClassVar[Callable[[Scene], str]]
 
     def __init__(self, scene: Scene) -> None:

@@ -12,13 +12,12 @@ from functools import partial
 import numpy as np
 
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
-from comparisons.methods import Refused, Row, Solution, Step, Task, needed
+from comparisons.methods import Refused, Row, Scene, Solution, Step, Task, needed
 from comparisons.methods.friction import normal_load
 from comparisons.methods.normal.bem import BemFft
 from comparisons.methods.normal.closed_form import FormSolver
 from comparisons.methods.normal.grid import SMALL_BALL, Grid, contact_quantities
 from comparisons.methods.normal.reduced import Lines, LineSolver, ProfileSolver
-from comparisons.scene.scene import Scene
 from reduced import wear as worn_springs
 from reduced.loads import Load
 from reduced.rough.press import RoughLines

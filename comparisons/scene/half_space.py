@@ -22,7 +22,6 @@ FEM_DEFAULT_POISSON = 0.3
 # What validation is told about a scene: its moduli stand in [viscoelastic].
 RELAXES = "relaxes"
 
-
 CONSTANTS = ("youngs_modulus", "shear_modulus", "effective_modulus", "poisson_ratio")
 # Keys that make a half-space depend on depth.
 DEPTH_KEYS = ("layers", "thickness", "grading")
@@ -122,7 +121,6 @@ class HalfSpace(SceneTable):
 
 
 AXES = "xyz"
-ELASTIC_KEYS = ("youngs_modulus", "shear_modulus", "effective_modulus", "poisson_ratio")
 Name = Annotated[str, Field(min_length=1, max_length=200)]
 
 
@@ -187,6 +185,6 @@ def with_material(data: dict[str, Any]) -> dict[str, Any]:
     body = data.get("body")
     if not isinstance(body, dict) or "half_space" in data:
         return data
-    elastic = {key: body[key] for key in ELASTIC_KEYS if key in body}
+    elastic = {key: body[key] for key in CONSTANTS if key in body}
     remaining = {key: value for key, value in body.items() if key not in elastic}
     return data | {"half_space": elastic, "body": remaining}

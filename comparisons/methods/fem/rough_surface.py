@@ -14,7 +14,7 @@ import numpy as np
 
 from comparisons.facts.methods import REPEATING_ELEMENTS
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry, elastic_body
-from comparisons.methods import Refused, Row, Step, Task
+from comparisons.methods import Refused, Row, Scene, Step, Task
 from comparisons.methods.fem.indenter import (
     FAR,
     TRUNCATION_GRID,
@@ -28,14 +28,7 @@ from comparisons.methods.fem.step import (
     contact_step,
     recovered,
 )
-from comparisons.methods.normal.grid import (
-    Grid,
-    GridSolver,
-    cells,
-    indenter_resolutions,
-    rough_resolutions,
-)
-from comparisons.scene.scene import Scene
+from comparisons.methods.normal.grid import Grid, GridSolver, cells, rough_resolutions
 from reference import fem
 from reference.elasticity import Material
 from reference.fem import grid_body
@@ -93,7 +86,7 @@ class FemRepeating(GridSolver[FreeBody | PeriodicBody]):
         Two grids tell a mesh's error in a mean; the third would cost as much as the whole truth.
         """
         if isinstance(geometry, IndenterGeometry):
-            return indenter_resolutions(self.scene, geometry)
+            return self.indenter_resolutions(geometry)
         planned = rough_resolutions(geometry)
         ensemble = self.scene.random and self.scene.realisations > 1
         return planned[:2] if ensemble else planned

@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 
 from comparisons.geometry.bodies import BodyGeometry
-from comparisons.methods import NoAnswerError, Row, Step, Task
+from comparisons.methods import NoAnswerError, Row, Scene, Step, Task
 from comparisons.methods.fem.indenter import FemSolver, enforcement_of
 from comparisons.methods.fem.step import (
     bytes_of_fronts,
@@ -20,7 +20,6 @@ from comparisons.methods.fem.step import (
     recovered,
     round_area,
 )
-from comparisons.scene.scene import Scene
 from reference.elasticity import LARGEST_POISSON_RATIO
 from reference.fem import Material, press
 from reference.fem.condensed_body import LARGEST_POISSON_LINEAR_TETRAHEDRA, supported_body

@@ -10,19 +10,17 @@ from collections.abc import Iterator
 import numpy as np
 
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry, elastic_body
-from comparisons.methods import Refused, Task
+from comparisons.methods import Refused, Scene, Task
 from comparisons.methods.normal.grid import (
     RIM,
     GridSolver,
     cells,
     contact_cells,
-    indenter_resolutions,
     make_grid,
     punch_grid,
     rough_resolutions,
 )
 from comparisons.scene.options import FftOptions
-from comparisons.scene.scene import Scene
 from reference.contact.body import ElasticBody
 from reference.contact.pivot import CELL_LIMIT
 from reference.contact.press import Contact, started_from, sweep
@@ -78,7 +76,7 @@ class HalfSpaceGrid(GridSolver[ElasticBody]):
                 steps = [k for k in COARSER if not any(n % k for n in geometry.points)]
                 return (*(own // k for k in steps[:1]), own)
             return (*planned, *finer)
-        return indenter_resolutions(self.scene, geometry)
+        return self.indenter_resolutions(geometry)
 
     def memory(self, task: Task) -> float:
         """Bytes of the arrays and transforms of one grid."""

@@ -9,11 +9,10 @@ import numpy as np
 
 from comparisons.facts.quantities.rows import HALF_AXES
 from comparisons.geometry.prepare import IndenterGeometry, elastic_body
-from comparisons.methods import Refused, Solution, Solver, Task, needed
+from comparisons.methods import Refused, Scene, Solution, Solver, Task, needed
 from comparisons.scene.indenters.axisymmetric import Cone, Cylinder, Paraboloid, PowerLaw
 from comparisons.scene.indenters.indenter import Indenter
 from comparisons.scene.indenters.not_round import Ellipsoid
-from comparisons.scene.scene import Scene
 from reference import closed_form as closed_forms
 from reference.layered import Graded, RoundContact, Stack
 from reference.layered.round_contact import GradedContact, RoundStep, face_stiffness, line_factor

@@ -14,7 +14,6 @@ from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeomet
 from comparisons.methods import Row, Solver, Step, Task
 from comparisons.scene.indenters.not_round import Ellipsoid
 from comparisons.scene.polygons import area_fractions, offset_outline, signed_area
-from comparisons.scene.scene import Scene
 from comparisons.tasks.distributions import Stretches, of_values, wanted
 from comparisons.tasks.shown_loads import MOST_POINTS, grid_pressure
 from comparisons.tasks.solution import Solution, Stopwatch
@@ -146,19 +145,6 @@ def contact_cells(task: Task) -> float:
     return float(total * np.mean(heights > level))
 
 
-def indenter_resolutions(scene: Scene, geometry: IndenterGeometry) -> tuple[int, ...]:
-    """Return cells per contact radius, from the scene's tolerance.
-
-    Measured on Hertz: the force errs by about 1 % at 8 cells per radius, and falls with the square
-    of the cell; area and sharp edges converge only linearly.
-    """
-    finest = int(np.clip(64 * np.sqrt(0.01 / scene.compare.tolerance), 32, 256))
-    if geometry.indenter.flat:
-        # One solve serves all loads, and a fine grid is what knows corners to 0.05 %.
-        finest = max(finest, 128)
-    return finest // 4, finest // 2, finest
-
-
 def rough_resolutions(geometry: RoughGeometry) -> tuple[int, ...]:
     """Return the surface's own points and finer grids of the same surface, as far as affordable."""
     n = geometry.points[0]
@@ -183,6 +169,15 @@ class GridSolver(Solver[Geometry], Generic[AnyOperator]):
     ) -> Iterator[Contact]:
         """Yield the contacts at the loads still to do."""
         raise NotImplementedError
+
+    def indenter_resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
+        """Return cells per contact radius.
+
+        Measured on Hertz: the force errs by about 1 % at 8 cells per radius, and falls with the
+        square of the cell; area and sharp edges converge only linearly. Of a flat face one solve
+        serves all loads, and a fine grid is what knows corners to 0.05 %.
+        """
+        return self.series(64, 128 if geometry.indenter.flat else 32, 256)
 
     def pressed_on(self, operator: AnyOperator) -> AnyOperator:
         """Return the body that a shape is pressed on: with springs of a penalty it is softer."""

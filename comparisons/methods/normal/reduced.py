@@ -17,11 +17,10 @@ from comparisons.geometry.prepare import (
     equivalent_profile,
     grading_of,
 )
-from comparisons.methods import Refused, Solver, Task, needed
+from comparisons.methods import Refused, Scene, Solver, Task, needed
 from comparisons.methods.normal.closed_form import profile_fields, unit_rings
 from comparisons.methods.runner import run
 from comparisons.scene.loading import AbsoluteLoads
-from comparisons.scene.scene import Scene
 from comparisons.tasks.distributions import Stretches, of_values, wanted
 from comparisons.tasks.solution import Solution, Stopwatch
 from reduced.errors import ConvergenceError

@@ -9,9 +9,8 @@ import numpy as np
 from scipy.optimize import brentq
 
 from comparisons.geometry.prepare import RoughGeometry
-from comparisons.methods import Refused, Solution, Solver, Task
+from comparisons.methods import Refused, Scene, Solution, Solver, Task
 from comparisons.methods.normal.reduced import whole_spectrum
-from comparisons.scene.scene import Scene
 from comparisons.tasks.distributions import edges, wanted
 from reference.closed_form.rough_theories import (
     BushGibsonThomas,

@@ -19,10 +19,9 @@ from numpy.typing import NDArray
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.isolation import child, parent
 from comparisons.machine import MEMORY_SHARE, free_memory
-from comparisons.methods import Solution, Task
+from comparisons.methods import Scene, Solution, Task
 from comparisons.methods.solver import Refused, Solver, ball_radius, needed
 from comparisons.scene.loading import loads_of
-from comparisons.scene.scene import Scene
 
 SCRIPTS = Path(__file__).parents[2] / "peers"
 SECONDS = 600.0

@@ -15,13 +15,12 @@ from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeomet
 from comparisons.isolation import parent
 from comparisons.isolation.parent import Limits
 from comparisons.machine import MEMORY_SHARE, free_memory
-from comparisons.methods import Refused, Solution, Solver, Task, needed
+from comparisons.methods import Refused, Scene, Solution, Solver, Task, needed
 from comparisons.methods.fem.indenter import FemSolver, contact_stretch
 from comparisons.methods.normal.grid import cells, contact_step, make_grid
 from comparisons.peers import client
 from comparisons.scene.indenters.not_round import Ellipsoid
 from comparisons.scene.options import PeerOptions
-from comparisons.scene.scene import Scene
 from comparisons.tasks.steps import record
 from reference.closed_form import ellipsoid
 from reference.fem.contact import moment_radius

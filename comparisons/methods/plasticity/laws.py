@@ -18,7 +18,7 @@ from scipy.optimize import brentq
 
 from comparisons.formatting import with_unit
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
-from comparisons.methods import Step, Task
+from comparisons.methods import Scene, Step, Task
 from comparisons.methods.normal.bem import BemFft
 from comparisons.methods.normal.closed_form import FormSolver
 from comparisons.methods.normal.grid import Grid, block_means, blocks_of, contact_step
@@ -34,7 +34,6 @@ from comparisons.scene.indenters.indenter import Indenter
 from comparisons.scene.indenters.not_round import Ellipsoid
 from comparisons.scene.loading import loads_of
 from comparisons.scene.physics.tables.plasticity import HARDNESS, Plasticity
-from comparisons.scene.scene import Scene
 from comparisons.tasks.shown_loads import Fields
 from comparisons.tasks.solution import Solution, Stopwatch
 from reduced.errors import ConvergenceError

@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry, equivalent_profile
-from comparisons.methods import Refused, Solution, Solver, Task
+from comparisons.methods import Refused, Scene, Solution, Solver, Task
 from comparisons.methods.fem.indenter import PARTS, contact_stretch
 from comparisons.methods.particles import Mca, contact_step, net_of
 from comparisons.methods.plasticity.laws import (
@@ -22,7 +22,6 @@ from comparisons.methods.plasticity.laws import (
 )
 from comparisons.scene.indenters.not_round import Ellipsoid
 from comparisons.scene.loading import loads_of
-from comparisons.scene.scene import Scene
 from comparisons.tasks.shown_loads import Fields
 from comparisons.tasks.steps import Row, Step, record
 from reduced.loads import Load

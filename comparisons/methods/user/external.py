@@ -26,10 +26,9 @@ from comparisons.facts.quantities import COMPARABLE
 from comparisons.geometry.prepare import Geometry
 from comparisons.isolation import parent
 from comparisons.isolation.parent import Limits
-from comparisons.methods import Refused, Solver, Task, registry
+from comparisons.methods import Refused, Scene, Solver, Task, registry
 from comparisons.reasons import in_kind, one_line
 from comparisons.scene.physics.tables import TABLES
-from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution, curve_of, solution_of
 
 WORK = "comparisons.solving.external_work"
