@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from comparisons.facts.methods import CLOSED_FORM, GRID, METHODS
-from comparisons.files import write_table, write_text
+from comparisons.files import read_toml, write_table, write_text
 from comparisons.judging.metrics import relative_error
 from comparisons.judging.truth import DISCRETISATION, truths
 from comparisons.judging.uncertainty import Kind, combined
@@ -39,26 +39,7 @@ from comparisons.solving.plan import Plan
 from comparisons.solving.planning import plan_scene
 
 Halves = dict[str, dict[str, dict[str, Any]]]
-SHAPES: Halves = {
-    "fitting": {
-        "paraboloid": {"shape": "paraboloid", "radius": 1.0},
-        "cone": {"shape": "cone", "slope": 0.1},
-        "power law n = 3": {"shape": "power_law", "exponent": 3, "coefficient": 0.1},
-        "rounded punch, narrow": {"shape": "rounded_punch", "flat_radius": 0.5, "edge_radius": 2.0},
-        "ellipsoid 2 : 1": {"shape": "ellipsoid", "radius_x": 2.0, "radius_y": 1.0},
-        "flat ellipse 1.3 : 1": {"shape": "elliptic_punch", "semi_axes": [1.3, 1.0]},
-        "flat ellipse 2 : 1": {"shape": "elliptic_punch", "semi_axes": [2.0, 1.0]},
-    },
-    "reported": {
-        "sphere": {"shape": "sphere", "radius": 1.0},
-        "power law n = 1.5": {"shape": "power_law", "exponent": 1.5, "coefficient": 0.1},
-        "power law n = 4": {"shape": "power_law", "exponent": 4, "coefficient": 0.1},
-        "rounded punch, wide": {"shape": "rounded_punch", "flat_radius": 1.0, "edge_radius": 1.0},
-        "ellipsoid 5 : 1": {"shape": "ellipsoid", "radius_x": 5.0, "radius_y": 1.0},
-        "cylinder": {"shape": "cylinder", "radius": 1.0},
-        "flat ellipse 3 : 1": {"shape": "elliptic_punch", "semi_axes": [3.0, 1.0]},
-    },
-}
+SHAPES: Halves = read_toml(Path(__file__).with_suffix(".toml"))
 # Series of resolutions, those of plans and others.
 SERIES: dict[str, tuple[tuple[int, ...], ...]] = {
     "bem_fft": ((8, 16, 32), (11, 22, 44), (16, 32, 64), (8, 11, 16), (16, 22, 32)),

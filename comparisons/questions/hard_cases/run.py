@@ -38,11 +38,10 @@ from comparisons.questions.hard_cases.case import (
 )
 from comparisons.results.folder import PAGE, Header, Layout
 from comparisons.solving.execution import execute
-from comparisons.solving.inquiries import Inquiry, solve_job
-from comparisons.solving.jobs import Done, Job
+from comparisons.solving.inquiries import Inquiry, solve_job, together
 from comparisons.solving.plan import Plan
 from comparisons.solving.planning import plan_scene, refusal, single_resolution
-from comparisons.tasks.solution import REALISATIONS, Solution
+from comparisons.tasks.solution import REALISATIONS, Solution, Solved
 from comparisons.tasks.task import Task
 
 PEER = "nothing is promised for other people's code: it is shown as it is"
@@ -114,21 +113,14 @@ def outcomes(case: HardCase, methods: Sequence[str], *, full: bool) -> Inquiry[l
         true_plan = plan
         if case.truth.scene:
             true_plan = plan_scene(case.scene_in(Path(folder), case.truth.scene), "full")[0]
-    solves: dict[tuple[str, int], list[Job]] = {}
-    for name in tried:
-        door = _door(case, plan, name)
-        if isinstance(door, OutcomeRecord):
-            found[name] = door
-        else:
-            solves[name, door] = _jobs(plan, name, door)
-    trusted: dict[tuple[str, int], list[Job]] = {}
-    judge = case.truth.method
-    refused = isinstance(solver_for(judge, true_plan.scene), Refusal)
-    if case.truth.formula is None and not refused:
-        trusted = {(judge, n): _jobs(true_plan, judge, n) for n in case.truth.resolutions}
-    done = yield [job for jobs in (*solves.values(), *trusted.values()) for job in jobs]
+    doors = {name: _door(case, plan, name) for name in tried}
+    found |= {name: door for name, door in doors.items() if isinstance(door, OutcomeRecord)}
+    settings = [(name, door) for name, door in doors.items() if isinstance(door, int)]
+    judge, trusted = case.truth.method, list[tuple[str, int]]()
+    if case.truth.formula is None and not isinstance(solver_for(judge, true_plan.scene), Refusal):
+        trusted = [(judge, n) for n in case.truth.resolutions]
+    solutions, solved = yield from together([_solved(plan, settings), _solved(true_plan, trusted)])
     # the reference with its bars: a formula, a closed form, or the trusted method
-    solved = {key: _joined(jobs, done) for key, jobs in trusted.items()}
     known: Known = {}
     if case.truth.formula is not None:
         curves = case.truth.formula.curves(true_plan)
@@ -137,14 +129,12 @@ def outcomes(case: HardCase, methods: Sequence[str], *, full: bool) -> Inquiry[l
         truth = references[0]
         # All methods solve the same surfaces, so the scatter between surfaces is not an error; on
         # an identical grid, only the solvers differ.
-        alone = len(case.truth.resolutions) == 1
-        left_out = {ENSEMBLE, DISCRETISATION} if alone else {ENSEMBLE}
+        left_out = {ENSEMBLE, DISCRETISATION} if len(trusted) == 1 else {ENSEMBLE}
         for name, sources in truth.sources.items():
             parts = [bar for source, bar in sources.items() if source not in left_out]
             curve = truth.curves[name]
             known[name] = curve, combined(np.full(len(curve), EXACT), *parts)
-    for (name, resolution), jobs in solves.items():
-        solution = _joined(jobs, done)
+    for (name, resolution), solution in solutions.items():
         found[name] = _measured(case, plan, known, name, resolution, solution)
     return [found[name] for name in methods]
 
@@ -181,17 +171,19 @@ def solve_warned(task: Task) -> Solution:
     return solution
 
 
-def _jobs(plan: Plan, name: str, resolution: int) -> list[Job]:
-    return [solve_job(task, solve_warned) for task in plan.tasks_at(name, resolution)]
-
-
-def _joined(jobs: Sequence[Job], done: Mapping[str, Done]) -> Solution:
-    outcomes = [done[job.key] for job in jobs]
-    parts = [
-        Solution.lost(job.arguments[0], outcome.lost) if outcome.lost else outcome.value
-        for job, outcome in zip(jobs, outcomes, strict=True)
-    ]
-    return Solution.concat(parts, axis=REALISATIONS)
+def _solved(plan: Plan, settings: Sequence[tuple[str, int]]) -> Inquiry[Solved]:
+    """Solve methods of a plan at resolutions; what is killed again and again has no answer."""
+    jobs = {
+        (name, n): [solve_job(task, solve_warned) for task in plan.tasks_at(name, n)]
+        for name, n in settings
+    }
+    done = yield [job for several in jobs.values() for job in several]
+    solved = {}
+    for setting, several in jobs.items():
+        ended = [done[job.key] for job in several]
+        parts = [Solution.lost(d.job.arguments[0], d.lost) if d.lost else d.value for d in ended]
+        solved[setting] = Solution.concat(parts, axis=REALISATIONS)
+    return solved
 
 
 def _measured(
