@@ -93,7 +93,7 @@ class ClaimVerdict:
 
 
 def check_claim(
-    claim: str | Path | Mapping[str, Any], *, method: str | None = None, full: bool = False
+    claim: str | Path | Mapping[str, Any], *, method: str | None = None, full: bool = True
 ) -> ClaimVerdict:
     """Test a claim: measure along its parameter until the boundaries of its range are known.
 
@@ -104,8 +104,8 @@ def check_claim(
     method : str, optional
         Test this method instead of the reduced model, on a claim that is based on a scene.
     full : bool
-        Refine the reference until its bar is a fifth of the tolerance, and narrow each boundary
-        further.
+        Refine the reference until its bar is a fifth of the tolerance, and narrow each boundary;
+        else wider bars, and no more points than the verdict needs.
 
     Raises
     ------

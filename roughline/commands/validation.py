@@ -38,8 +38,9 @@ def claims(
     ids
         Ids of built-in claims, or claim files; default: all built-in claims.
     full
-        Refine the reference until its bar is a fifth of the tolerance, and narrow each range
-        further; --quick: wider bars, so that more claims may stay unresolved.
+        Refine the reference until its bar is a fifth of the tolerance, and narrow each range;
+        --quick: wider bars, so that more claims may stay unresolved, and no more points than the
+        verdict needs.
     out
         Folder for claims.json, the measurements and report.html; default roughline-results/claims,
         for named claims claims-NAME. There, what this version has measured before is used again.

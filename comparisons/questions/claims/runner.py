@@ -3,7 +3,8 @@
 A grid along a claim's parameter is measured, then every interval that contains a boundary is
 bisected. A verdict that hangs on a choice that the statement does not make is a verdict on the
 choice: along each of these nuisance parameters a claim is measured from end to end, then over a
-space-filling sample of all of them shows what they do together.
+space-filling sample of all of them shows what they do together. Quick effort asks for the verdict
+only: it measures nothing that cannot change it.
 
 The record of a full run carries a digest of all modules of ours that a claim's experiment, or the
 solvers of its scene, import in turn, and of the claim's own keys: it tells which stored verdicts
@@ -38,6 +39,7 @@ from comparisons.questions.campaign import Campaign, Options
 from comparisons.questions.claims.claim import Claim, scene_of
 from comparisons.questions.claims.parameters import Nuisance, Vary
 from comparisons.questions.claims.record import (
+    IN_A_RANGE,
     NOT_RUN,
     RECORD,
     STORED,
@@ -50,6 +52,7 @@ from comparisons.questions.claims.record import (
     RowRecord,
     load_claims_record,
     not_run,
+    verdict_of,
     verdict_over_all,
 )
 from comparisons.questions.claims.scenes import DISAGREE, measure_scene
@@ -109,23 +112,36 @@ Under = Callable[[Setting], Measure]
 def along(claim: Claim, measure: Measure, effort: Effort) -> Inquiry[list[PointRecord]]:
     """Measure a claim along its own parameter; without one, once.
 
-    Quick effort leaves out every second value of a grid of more than three, and bisects once more.
+    Quick effort asks for the verdict only, and stops once that is known: it measures the ends, then
+    every second value of a grid of more than three, then beside the smallest error.
     """
     if claim.vary is None:
         return (yield from points_at([None], claim.tolerance, measure))
     values = claim.vary.numbers()
-    few = values
-    if effort == "quick" and len(values) > 3:
-        few = [values[0], *values[1 + len(values) % 2 :: 2]]
-    points = yield from points_at(few, claim.tolerance, measure)
-    if all(point.word != WITHIN for point in points):
-        # it may be within between two of them: beside the smallest error, too
-        place = values.index(_number(representative(points).parameter))
-        beside = [value for value in values[max(place - 1, 0) : place + 2] if value not in few]
-        points += yield from points_at(beside, claim.tolerance, measure)
+    points: list[PointRecord] = []
+
+    def measured(asked: Sequence[float]) -> Inquiry[None]:
+        known = {point.parameter for point in points}
+        new = [value for value in dict.fromkeys(asked) if value not in known]
+        points.extend((yield from points_at(new, claim.tolerance, measure)))
         points.sort(key=lambda point: _number(point.parameter))
-    halvings = claim.vary.halvings(effort) + (len(few) < len(values))
-    return (yield from bisected(claim.vary, points, claim.tolerance, measure, halvings))
+
+    if effort == "full":
+        yield from measured(values)
+    else:
+        yield from measured([values[0], values[-1]])
+        if not is_known(points, effort):
+            few = len(values) <= 3
+            yield from measured(values if few else values[1 + len(values) % 2 :: 2])
+        if all(point.word != WITHIN for point in points):
+            place = values.index(_number(representative(points).parameter))
+            yield from measured(values[max(place - 1, 0) : place + 2])
+    return (yield from bisected(claim.vary, points, claim.tolerance, measure, effort))
+
+
+def is_known(points: Sequence[PointRecord], effort: Effort) -> bool:
+    """Return whether more points leave a verdict as it is, and quick effort asks no more."""
+    return effort == "quick" and verdict_of([point.word for point in points]) == IN_A_RANGE
 
 
 def bisected(
@@ -133,7 +149,7 @@ def bisected(
     points: list[PointRecord],
     tolerance: float,
     measure: Measure,
-    bisections: int,
+    effort: Effort,
 ) -> Inquiry[list[PointRecord]]:
     """Bisect all intervals between points that contain a boundary.
 
@@ -142,7 +158,9 @@ def bisected(
     nearby. If a midpoint is not resolved, the bisection ends. Points come back in order.
     """
     intervals = list(pairwise(points))
-    for _ in range(bisections):
+    for _ in range(span.halvings(effort)):
+        if is_known(points, effort):
+            break
         split = []
         for low, high in intervals:
             words = {low.word, high.word}
@@ -210,9 +228,9 @@ def along_nuisance(
         measured = yield from under({**claim.as_stated, nuisance.key: number})(at)
         return replace(measured, parameter=number)
 
-    halvings = 0 if nuisance.values else nuisance.halvings(effort)
     points = yield from points_at(nuisance.numbers(), claim.tolerance, measure)
-    points = yield from bisected(nuisance, points, claim.tolerance, measure, halvings)
+    if not nuisance.values:
+        points = yield from bisected(nuisance, points, claim.tolerance, measure, effort)
     return NuisanceRecord(
         name=nuisance.name,
         reason=nuisance.reason,
@@ -278,13 +296,8 @@ def mapped(claim: Claim, under: Under, effort: Effort) -> Inquiry[MapRecord | No
     )
 
 
-def judge_claim(claim: Claim, effort: Effort, seed: int = SEED) -> ClaimRecord:
-    """Measure a claim in this process; return the verdict and measurements."""
-    return answer_of(judged_claim(claim, effort, seed))
-
-
-def judged_claim(claim: Claim, effort: Effort, seed: int = SEED) -> Inquiry[ClaimRecord]:
-    """Request a claim's solves, with a seed for its draws; return the verdict and measurements."""
+def measured_under(claim: Claim, effort: Effort) -> Under:
+    """Return the measurement of a claim, for a setting of its nuisance parameters."""
 
     def under(setting: Setting) -> Measure:
         there = claim.under(setting)
@@ -295,22 +308,37 @@ def judged_claim(claim: Claim, effort: Effort, seed: int = SEED) -> Inquiry[Clai
 
         return measure
 
+    return under
+
+
+def judge_claim(claim: Claim, effort: Effort) -> ClaimRecord:
+    """Measure a claim in this process; return the verdict and measurements."""
+    return answer_of(judged_claim(claim, effort))
+
+
+def judged_claim(claim: Claim, effort: Effort) -> Inquiry[ClaimRecord]:
+    """Request a claim's solves; return the verdict and measurements."""
+    under = measured_under(claim, effort)
     points = yield from along(claim, under(claim.as_stated), effort)
     nuisances: Sequence[NuisanceRecord] = ()
     draws: Sequence[PointRecord] = ()
+    validity = None
     able = not_run(points) == ""
-    if claim.nuisance and able:
+    unstated: list[PointRecord] = []
+    if claim.nuisance and able and not is_known(points, effort):
         at = representative(points).parameter
         nuisances = yield from together(
             along_nuisance(claim, nuisance, at, under, effort) for nuisance in claim.nuisance
         )
-        draws = yield from together(
-            drawn(claim, share, under) for share in shares(claim, effort, seed)
-        )
-    validity = (yield from mapped(claim, under, effort)) if able else None
+        unstated += [p for line in nuisances for p in line.points if p.parameter != line.stated]
+        if not is_known([*points, *unstated], effort):
+            draws = yield from together(
+                drawn(claim, share, under) for share in shares(claim, effort)
+            )
+    if able and not is_known([*points, *unstated, *draws], effort):
+        validity = yield from mapped(claim, under, effort)
     rows = [] if validity is None else validity.rows
     stated = {nuisance.name: nuisance.stated_number for nuisance in claim.nuisance}
-    unstated = [p for line in nuisances for p in line.points if p.parameter != line.stated]
     unstated += [
         p for row in rows if validity and row.number != stated[validity.up] for p in row.points
     ]

@@ -55,6 +55,14 @@ def test_quick_effort_leaves_out_every_second_value_of_a_grid(steps, measured):
     assert [point.parameter for point in points] == pytest.approx(measured)
 
 
+def test_quick_effort_stops_once_a_claim_holds_in_a_range():
+    """It is within at one end, outside at the other; full effort looks for the boundary."""
+    quick, full = (found(lambda x: 0.002 * x, effort=effort) for effort in ("quick", "full"))
+    assert [point.parameter for point in quick] == [1.0, 10.0]
+    assert len(full) == 4 + 12
+    assert verdict_of(words_on(quick)) == verdict_of(words_on(full)) == IN_A_RANGE
+
+
 def test_quick_effort_looks_beside_the_smallest_error_where_no_value_is_within():
     """The error is small at 1 alone, which the values 0, 2, 4, 6 leave out."""
     dip = {"start": 0.0, "end": 6.0, "steps": 7, "effort": "quick", "bisections": 0}
