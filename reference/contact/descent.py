@@ -1,10 +1,11 @@
-"""Polonsky and Keer's projected conjugate gradients, in single, then in double precision.
+"""Projected, preconditioned conjugate gradients, in single, then in double precision.
 
     minimise  1/2 p.K p - p.(d - g)  over 0 <= p <= cap,
 
 with given d, or with given sum of p (without a cap), in which case d is the multiplier of that
-constraint. The contact set changes in every iteration: I. A. Polonsky & L. M. Keer, Wear 231 (1999)
-206; V. Rey, G. Anciaux & J.-F. Molinari, Comput. Mech. 60 (2017) 69.
+constraint. The contact set changes in every iteration, after I. A. Polonsky & L. M. Keer, Wear 231
+(1999) 206, but without their restarts; V. Rey, G. Anciaux & J.-F. Molinari, Comput. Mech. 60 (2017)
+69.
 
 `descend` is iterative refinement: the residual is computed in double precision, and
 `_conjugate_gradients` finds a correction x of the pressure p,
@@ -31,9 +32,9 @@ from reference.contact.extension import Extension
 from reference.contact.pieces import each_piece, sums
 from reference.errors import ConvergenceError
 
-# Precision, whether plain, and the iterations without halving of the violation that end a stage; a
-# working one gains a digit in at most five. Preconditioned by the inverse compliance of waves, in
-# single and in double precision; plain: slow, but with proved convergence.
+# Precision; whether plain; and the iterations without halving of the violation that end a stage
+# (one that works gains a digit in at most five). Preconditioned by the inverse compliance of waves,
+# in single and in double precision; plain: slow, but with proved convergence.
 _STAGES: tuple[tuple[DTypeLike, bool, int], ...] = (
     (np.float32, False, 20),
     (np.float64, False, 60),
@@ -55,12 +56,12 @@ NEVER = 1e30
 # is slow and sure: cutting off steps that reach far may lead in circles.
 _WANDERING = 5
 # Where the contact set changed, old directions may turn the new one from the residual: a step along
-# it is short, and what it cuts off undoes it. Below this share of the slope of the preconditioned
-# residual alone, which exact conjugate gradients have, that one is the direction.
+# it is short, and the bounds undo it. If its slope is below this share of that along the
+# preconditioned residual alone (one, in exact conjugate gradients), that one is the direction.
 _ALIGNED = 0.9
-# What the bounds added is taken from the cells around; some of them reach a bound, too. Where they
-# leave more than this share it is taken from others, so many times at most: under a force up to a
-# third of the convolutions less. Under a penetration near full contact more than one may not end.
+# The pressure that clipping at the bounds added is taken from the cells around; some of them reach
+# a bound, too. Passes end when this share is left, or after so many under a force (up to a third of
+# the convolutions less) and under a penetration (more may not end near full contact).
 _LEFT, _SHIFTS = 0.1, {True: 3, False: 1}
 
 _REORDER = {"reassoc", "contract", "nsz"}
@@ -97,11 +98,12 @@ def descend(
 ) -> Descended:
     """Return the pressure under a penetration or a force, from a starting one (overwritten).
 
-    Gaps are +inf where contact is impossible; cells at the cap, which takes a penetration, may
-    overlap. If not `unilateral`, cells of finite gap stay in contact for any sign of their
-    pressure. The tolerance is the largest overlap of free cells and clearance of loaded ones,
-    relative to the depth; `partial` returns what was reached within `max_iterations`, whatever its
-    violation. A ConvergenceError has the violations of all iterations.
+    Gaps are +inf where contact is impossible. Cells at the cap, which is for a given penetration,
+    may overlap. If not `unilateral`, cells of finite gap stay in contact for any sign of their
+    pressure. The tolerance is the largest overlap of unloaded cells and clearance of loaded ones,
+    relative to the depth, unless rounding leaves more; `partial` returns what was reached within
+    `max_iterations`, whatever its violation. A ConvergenceError has the violations of all
+    iterations.
     """
     pressure, gaps = start.reshape(-1), np.ascontiguousarray(gap).reshape(-1)
     np.minimum(pressure, cap, out=pressure)
@@ -113,7 +115,8 @@ def descend(
     level, before, stalled = 0, np.inf, False
     settle = 0.0
     if body.periodic and not by_force:
-        # |q| lacks E*/2; a further 2 because pressure concentrates at the rims of the open cells
+        # the zero mode is to be that of the contact, <1_C, K 1_C>/n_C inverted: 2 as |q| lacks
+        # E*/2, a further 2 as pressure concentrates at the rims of the open cells
         settle = 4 * power_of_two(max(body.spacing)) / (body.unit * body.effective_modulus)
     while True:
         # displacement, depth and violation in double precision
@@ -137,7 +140,7 @@ def descend(
             largest = pressure.max() * max(body.spacing) / body.effective_modulus
             enough = max(tolerance, float(_ROUNDING * np.finfo(float).eps * largest / depth))
 
-        # the next stage where this one does not help any more
+        # the next stage where this one does not help any more: a call that works gains far more
         if stalled or not worst < before / 4:
             level += 1
         before, limit = worst, max_iterations - len(history)
@@ -215,7 +218,8 @@ def _conjugate_gradients(  # noqa: PLR0913
     shape, number = kernel.shape, clearance.dtype.type
     part, most = np.s_[: shape[0], : shape[1]], number(cap)
     correction, direction, residual, previous = (np.zeros_like(clearance) for _ in range(4))
-    # the preconditioned residual, then the displacement by the direction
+    # in turn the preconditioned residual, the displacement by the direction, the pressure that the
+    # bounds added, and the displacement by that
     image, free = np.empty_like(clearance), np.zeros(clearance.size, np.uint8)
     image_map, free_map = image.reshape(shape), free.reshape(shape)
     if inverse is not None:
@@ -225,8 +229,9 @@ def _conjugate_gradients(  # noqa: PLR0913
     history: list[float] = []
     convolutions, slope, opened, best, best_at = 0, 0.0, 0.0, np.inf, 0
     for iteration in range(limit):
-        # residual: minus the clearance of cells that are loaded or overlap; those at the cap are
-        # free where the shape lets go. A fixed sum moves the depth by the mean of loaded cells
+        # residual: minus the clearance of free cells, those that are loaded or overlap; at the cap
+        # where the shape lets go. A fixed sum moves the depth by the mean of loaded cells, and the
+        # residual has no mean, so that directions keep the force
         shift = 0.0
         if fixed_sum:
             heights, loaded = sums(each_piece(_loaded, clearance, correction, lower))
@@ -250,6 +255,7 @@ def _conjugate_gradients(  # noqa: PLR0913
         scaled = residual
         if inverse is not None:
             empty = clearance.size - count
+            # anew where the number of empty cells changed by a fifth
             if settle > 0 and empty > 0 and abs(empty - opened) > empty / 5:
                 opened = empty
                 uniform = free.astype(clearance.dtype)
@@ -297,10 +303,10 @@ def _conjugate_gradients(  # noqa: PLR0913
         parts = each_piece(_advance, image, clearance, correction, lower, direction, length, most)
         added, excess, loads = sums(parts)
 
-        # the image is now what the bounds added to the pressure: take it from the loaded cells
-        # around. Pressure p on open cells displaces the contact as K_CC^-1 K_CO p does on the
-        # contact, the transpose of its best extension: the contact hardly moves. A change of all
-        # pressures in proportion alone excites the longest waves
+        # the image is now the pressure that clipping added. Moved by E^T to the loaded cells around
+        # it, it hardly moves the contact: pressure p on open cells displaces the contact as
+        # K_CC^-1 K_CO p does on the contact, and E^T is near that. A change of all pressures in
+        # proportion excites the longest waves: only for the small rest
         if added > 0:
             cut_off, least = image_map, _LEFT * added
             tries = _SHIFTS[fixed_sum] if inverse is not None and not cautious else 0
@@ -314,7 +320,7 @@ def _conjugate_gradients(  # noqa: PLR0913
                     period[:] = 0
                     period[part] = cut_off
                     cut_off = period
-                extension.cover(free_map, free_map)
+                extension.cover(free_map, free_map)  # the shares of blocks alone
                 extension.restrict(cut_off, free_map, previous.reshape(shape))
                 added, excess, loads = sums(
                     each_piece(_shift, image, correction, lower, previous, most)
@@ -331,7 +337,7 @@ def _conjugate_gradients(  # noqa: PLR0913
 
 
 def _preconditioner(body: ElasticBody, dtype: DTypeLike) -> Convolution:
-    """Return the inverse compliance of waves, |q| on the half-space, to a power of two.
+    """Return the inverse compliance of waves, |q| on the half-space, up to a power of two.
 
     The zero mode is half the smallest wavenumber, so that the operator is positive definite. On a
     periodic half-space with free mean pressure it is set from the contact (`settle`): near full

@@ -70,7 +70,7 @@ def pivot(
     """Return the contact at a prescribed depth, force, or combination of both.
 
     ``per_depth d + per_pressure sum p = value`` closes the equations: by default a depth is given;
-    with (0, cell area) a force. On a fixed contact set the pressures are linear in d,
+    with (0, 1) a force, over the cell area. On a fixed contact set the pressures are linear in d,
     p = d p_1 - p_g with A p_1 = 1 and A p_g = g.
 
     Parameters

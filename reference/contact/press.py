@@ -30,9 +30,9 @@ CONTROLS = {"descent": ("penetration", "force", "mean_gap"), "pivot": ("penetrat
 _REACH = 1.15
 # For grids with a shorter side, a coarser grid saves no time.
 _SHORTEST_COARSENED = 128
-# Violation of the coarser solution; a smaller one is lost in the interpolation. Beyond this side it
-# falls with the grid: the shortest waves are an ever smaller part of the penetration, and at 1e-2 a
-# coarse grid would pass on what it was given, the errors of all before.
+# Violation to which the coarser grid is solved; what is finer is lost in the interpolation. Beyond
+# this side it falls with the grid, as the shortest waves are an ever smaller part of the
+# penetration.
 _COARSE_TOLERANCE, _COARSE_SIDE, _COARSE_ITERATIONS = 1e-2, 256, 60
 # The overlap for a force is slightly deeper than the contact.
 _SHALLOWER = 0.85
@@ -47,10 +47,12 @@ class Contact:
     Displacement and gaps of the whole grid are evaluated on demand.
     """
 
-    penetration: float  # rigid approach d after first touch; in contact displacement = d - gap
+    # rigid approach d, from gap zero: after first touch where the smallest gap is zero; in contact
+    # displacement = d - gap
+    penetration: float
     force: float  # sum of pressure times cell area
     pressure: Array  # (nx, ny): cell values, not negative
-    iterations: int  # of the solver, all stages on the finest grid
+    iterations: int  # all stages on the finest grid, in the last window, at all depths of a search
     # Largest distance from the contact conditions, relative to the penetration: the overlap of
     # cells without pressure or the remaining gap (of either sign) of cells with pressure, whichever
     # is larger; recomputed in double precision for the final pressure.
@@ -59,7 +61,7 @@ class Contact:
     initial_gap: Array = field(repr=False)
     # violations of the iterations; of pivoting, wrong cells by round
     history: list[float] = field(default_factory=list, repr=False)
-    # of the descent on its grid, in single and in double precision
+    # of these iterations, in single and in double precision
     convolutions: tuple[int, int] = (0, 0)
 
     @property
@@ -127,11 +129,12 @@ def press(
     start : Contact, optional
         A solution at a nearby load.
     tolerance : float
-        By descent: largest overlap of free cells and largest gap of loaded cells, relative to the
-        penetration. Tension does not occur.
+        By descent: largest overlap of unloaded cells and largest gap of loaded cells, relative to
+        the penetration, or what rounding leaves if that is more (`Contact.violation` tells).
+        Tension does not occur. A force below a cap is met to ten times the tolerance.
     max_iterations : int
-        Limit for all stages of the descent together, or of contact sets. Beyond it a
-        ConvergenceError has the history of violations.
+        Limit for all stages of one descent together (a search for a depth, below a cap, makes
+        several), or of contact sets. Beyond it a ConvergenceError has the history of violations.
 
     Examples
     --------
@@ -355,8 +358,8 @@ def _starting_pressure(
     body: ElasticBody, gap: Array, control: str, value: float
 ) -> tuple[Array, bool]:
     """Return a non-negative pressure near the contact, and whether it is that of full contact."""
-    # every second point has fewer waves, and less tension: where full contact has too much there,
-    # so it has on all points
+    # every second point has fewer waves and less tension: where full contact has too much tension
+    # there, it has on all points, and is not tried
     points, full = np.ascontiguousarray(gap[::2, ::2]), True
     helps = min(body.shape) >= _SHORTEST_COARSENED and np.isfinite(points).any()
     if helps and control == "penetration":
@@ -398,7 +401,7 @@ def _starting_pressure(
 
 
 def overlap_depth(body: ElasticBody, gap: Array, force: float) -> float:
-    """Return the depth at which the overlap (d - g) has E* V/sqrt(A) = F, 6 % low for Hertz."""
+    """Return the depth at which the overlap (d - g) has E* V/sqrt(A) = F, 4 % deep for Hertz."""
     gaps = np.sort(gap[np.isfinite(gap)])
     count = np.arange(1, gaps.size + 1)
     volume = count * gaps - np.cumsum(gaps)
@@ -453,18 +456,22 @@ def _search_depth(
 ) -> Contact:
     """Return the contact that misses no more than is allowed, with the history of all on the way.
 
-    ``at(depth, start)`` is the contact at a depth; `missing` the prescribed quantity less that
-    of a contact, which decreases with the depth, and `allowed` what it may be. `touch` has the
-    depth of first touch, and what is missing there; `depth` and `start` come first.
+    ``at(depth, start)`` is the contact at a depth; `missing` is positive for one too shallow, and
+    decreases with the depth; `allowed` is what it may be. `touch` has a depth without contact, and
+    what is missing there; `depth` and `start` come first.
     """
     previous, low, high = touch, touch[0], np.inf
     history: list[float] = []
+    single = double = 0
     for _ in range(60):
         contact = at(depth, start)
         error = missing(contact)
         history += contact.history
+        single, double = single + contact.convolutions[0], double + contact.convolutions[1]
         if abs(error) <= allowed(contact):
-            return replace(contact, iterations=len(history), history=history)
+            return replace(
+                contact, iterations=len(history), history=history, convolutions=(single, double)
+            )
         low, high = (depth, high) if error > 0 else (low, depth)
         run, rise = depth - previous[0], error - previous[1]
         slow = abs(error) > abs(previous[1]) / 2 and np.isfinite(high)
@@ -595,6 +602,7 @@ def certify(
     gap, p, depth = check_gap(body, gap), contact.pressure, contact.penetration
     finite, loaded = np.isfinite(gap), p > 0
     clearance = np.where(finite, gap, 0.0) - depth + body.apply(p)
+    mean_gap = float(clearance[finite].mean())
     # cells at the cap may overlap
     clearance = np.where((p >= cap) & (clearance < 0), 0.0, clearance)
     # a flat on a flat period has no penetration
@@ -607,7 +615,7 @@ def certify(
     if load.control in reached:
         worst.append(abs(reached[load.control] / value - 1))
     else:
-        worst.append(float(abs(clearance[finite].mean() - value) / scale))
+        worst.append(abs(mean_gap - value) / scale)
     return max(worst)
 
 

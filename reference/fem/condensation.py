@@ -118,8 +118,8 @@ def condense(system: LinearSystem, fronts: list[Front | Shift] | None = None) ->
     """Return the stiffness (r, r) on the retained unknowns, in the order of `system.retained`.
 
     `fronts` collects the eliminations for `expand`; without it they are dropped, which limits the
-    memory to that of the largest fronts. Raises `numpy.linalg.LinAlgError` if the body is not
-    supported (a rigid motion is free).
+    memory to that of the largest fronts. The body must be supported: a free rigid motion need not
+    be seen, by rounding.
     """
     modes = system.boundary.shape[1]
     total = system.first + modes

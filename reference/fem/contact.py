@@ -105,7 +105,8 @@ def press(
         Penetrations or forces on the whole contact (all symmetric parts), positive, in any order;
         every step starts from the previous contact set (`reference.contact.pivot`).
     start : (n,) bool, optional
-        Initial contact set; by default (and if empty) all points with geometric overlap.
+        Initial contact set; by default (and if empty) all points with geometric overlap, under a
+        force those of first touch.
 
     Raises ConvergenceError on iteration, if a step does not converge or overflows.
     """

@@ -1,8 +1,8 @@
 r"""Elastic bodies of finite elements below a grid of cells, and contact on them.
 
-The compliance of the columns (`columns.compliance`) on all modes of an FFT is the condensed
-stiffness of a mesh that repeats; with it `reference.contact.press`, stiffnesses and energies
-work on finite elements as they do on the half-space, and share its contact iteration.
+The compliance of the columns (`columns.compliance`) on all modes of an FFT is the inverse of the
+condensed stiffness of a mesh that repeats; with it `reference.contact.press`, stiffnesses and
+energies work on finite elements as they do on the half-space, and share its contact iteration.
 
 A periodic body is clamped two periods below its layers, where no more than 1e-8 of the longest
 wave's compliance comes from: nothing of it is taken from the half-space. With an impedance bottom
@@ -13,9 +13,9 @@ differs from the continuum within some cells only, where the elements do:
 
     K_free = K_continuum + (K_columns - K_cells),
 
-with the coefficients of pressures uniform on cells (Love's on a half-space, Cerruti's for
-tangential tractions), and the same with all periodic images. A layer on a rigid base that is thin
-against the patch needs no continuum.
+K_continuum has the coefficients of pressures uniform on cells (Love's on a half-space, Cerruti's
+for tangential tractions), K_cells the same with all periodic images, K_columns those of elements. A
+layer on a rigid base that is thin against the patch needs no continuum.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ from reference.loads import Load
 Bottom = Literal["clamped", "impedance"]
 BOTTOMS: tuple[Bottom, ...] = ("clamped", "impedance")
 
-# Where a body without a base is clamped, in the longer period.
+# Where a body without a rigid base is clamped, in the longer period.
 _DEPTH = 2.0
 # Where a half-space's stiffness takes over, in the longer side of a cell: aliases of the longest
 # waves have died away to exp(-50) there.
@@ -144,7 +144,7 @@ class GridBody(OfBody):
 
 
 class PeriodicBody(GridBody):
-    """Finite elements below one period of a surface, zero mean displacement."""
+    """Finite elements below one period of a surface; on no rigid base without mean displacement."""
 
     periodic = True
 
@@ -170,7 +170,7 @@ class FreeBody(GridBody, FreeOperator):
         return bool(self.elastic.min() >= 0)
 
     def coefficients(self, shape: tuple[int, int]) -> Array:
-        """Coefficients at offsets from zero to less than `shape`: Love's, and what elements add."""
+        """Coefficients at offsets from zero to less than `shape`, the springs' at zero."""
 
         def make() -> Array:
             whole = self.elastic.copy()

@@ -27,7 +27,7 @@ class MultigridFlexibility:
 
     def __init__(
         self,
-        matrices: Array,  # (elements, 3 n, 3 n), component first
+        matrices: Array,  # (elements, 3 n, 3 n), component fastest
         elements: Integers,  # (elements, n), nodes
         points: Array,  # (nodes, 3)
         free: Mask,  # (nodes, 3), not held; no rigid motion is left

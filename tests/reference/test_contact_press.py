@@ -165,6 +165,18 @@ def test_a_certificate_sees_what_is_wrong_with_an_answer():
         assert number > 1e-3
 
 
+def test_a_certificate_knows_the_mean_gap_of_cells_that_overlap_at_the_cap():
+    """A search is told with all that it took: more convolutions than its last depth alone."""
+    body = PeriodicOperator((32, 32), (1 / 32, 1 / 32), 1.0)
+    gap = np.random.default_rng(2).random((32, 32)) / 32
+    load = Load("mean_gap", 0.5 * float(gap.mean()))
+    cap = press(body, gap, load).pressure.max() / 3
+    contact = press(body, gap, load, cap=cap)
+    assert certify(body, gap, load, contact, cap=cap) < 1e-7
+    last = press(body, gap, Load("penetration", contact.penetration), cap=cap, start=contact)
+    assert sum(contact.convolutions) > sum(last.convolutions)
+
+
 def rough(points: int) -> tuple[FreeOperator, np.ndarray]:
     height = self_affine(
         points,
