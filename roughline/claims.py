@@ -47,7 +47,7 @@ class ClaimVerdict:
 
     @property
     def ranges(self) -> list[tuple[float, float]]:
-        """Intervals of the parameter in which the claim holds."""
+        """Intervals of the parameter in which the claim holds; of a quick run, what it measured."""
         return [(interval.low, interval.high) for interval in self.record.ranges]
 
     @property

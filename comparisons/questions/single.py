@@ -169,13 +169,16 @@ class SingleResult:
         return several
 
     def to_csv(self, path: str | Path) -> None:
-        """Write the load steps as a table."""
+        """Write the load steps as a table; of an ensemble, the means over its realisations."""
         table = pd.DataFrame(self.columns())
         table.insert(0, "step", range(len(table)))
         write_named_text(Path(path), table_text(table))
 
     def to_vtu(self, path: str | Path) -> None:
-        """Write the fields at the last load for ParaView; InputError if none are on a mesh."""
+        """Write the fields at the last load for ParaView (of `solve` with ``fields=True``).
+
+        InputError if none are on a mesh.
+        """
         content = vtu_file(self.solution.fields)
         if content is None:
             raise InputError(f"--vtu: {self.method} has no field on a mesh for this scene")

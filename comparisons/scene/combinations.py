@@ -71,7 +71,7 @@ def _body_problems(data: dict[str, Any]) -> Iterator[str]:
             yield "loading.mean_gap: expected a [surface], an indenter has no mean gap"
         if isinstance(force, dict) and "relative_to" in force:
             yield "loading.force.relative_to: expected a [surface], which has h' and A0"
-    if "body" in data:
+    if data.get("body") is not None:
         table = _table(data, "body")
         if "surface" in data:
             yield "surface: expected an [indenter] with a [body], or none for a rigid plane"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -75,20 +74,22 @@ def solve_rows(task: Task, rows: Iterable[Row]) -> Solution:
             row = next(iterator)
         solution.unknowns = max(solution.unknowns, row.unknowns)
         solution.truncation = max(solution.truncation, row.truncation)
-        done = 0
+        done, steps = 0, None
         while done < len(loads):
             try:
-                for step in islice(row.sweep(loads[done:]), len(loads) - done):
-                    record(solution, (number, done), step, task)
-                    done += 1
-                if done < len(loads):
+                steps = steps or iter(row.sweep(loads[done:]))
+                step = next(steps, None)
+                if step is None:
                     raise NoAnswerError("the solver ended before this load")
             except NO_ANSWER as error:
                 end = len(loads) if task.loads.is_path else done + 1
                 none_exists = isinstance(error, NoEquilibriumError)
                 for lost in range(done, end):
                     solution.fail((number, lost), error.reason, no_equilibrium=none_exists)
-                done = end
+                done, steps = end, None
+            else:
+                record(solution, (number, done), step, task)
+                done += 1
     return solution
 
 

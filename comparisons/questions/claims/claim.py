@@ -53,6 +53,16 @@ _SET_BY = {
 }
 
 
+class Place(SceneTable):
+    """Where the points of a claim stand among the numbers of scenes."""
+
+    along: Name | None = None
+    parameter: Prose | None = None  # in words, if not that of the claim
+    unit: Positive = 1.0  # by which the claim's parameter is divided
+    quantity: tuple[Name, ...] = ()  # if not that of the claim
+    tolerance: Positive | None = None  # of the one claim of a family that stands for all
+
+
 class Claim(SceneTable):
     """A validated claim; docs/claims.md explains every key. A setting: nuisance key -> number."""
 
@@ -86,8 +96,8 @@ class Claim(SceneTable):
     theorem: Annotated[str, Field(max_length=500)] = ""
     expected: Literal[VERDICTS] | None = None  # type: ignore[valid-type]
     # Which number of a scene varies, and what stands still (`nearest`): of built-in claims only.
-    nearest: dict[str, Any] = Field(default_factory=dict, exclude=True)
-    fixed: dict[str, Any] = Field(default_factory=dict, exclude=True)
+    nearest: Place | None = Field(None, exclude=True)
+    fixed: dict[str, float | str] = Field(default_factory=dict, exclude=True)
     directory: str = Field(default=".", exclude=True)
 
     @model_validator(mode="before")

@@ -124,8 +124,8 @@ class Span(SceneTable):
     # Factor between the number and the value in the scene ("10 mm").
     unit: Annotated[str, Field(max_length=40)] = ""
     integer: StrictBool = False  # whole numbers only (points, terms, springs)
-    # Number of bisections of an interval with a boundary at full effort; half as many at quick
-    # effort.
+    # Number of bisections of an interval with a boundary at full effort; at quick effort half as
+    # many of one between whose ends the error changes its sign.
     bisections: Annotated[int, Field(strict=True, ge=0, le=MOST_BISECTIONS)] = 6
 
     @field_validator("unit")

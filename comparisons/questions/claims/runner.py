@@ -130,17 +130,22 @@ def along(claim: Claim, measure: Measure, effort: Effort) -> Inquiry[list[PointR
         yield from measured(values)
     else:
         yield from measured([values[0], values[-1]])
-        if not is_known(points, effort):
+        if not is_final(points, effort):
             few = len(values) <= 3
             yield from measured(values if few else values[1 + len(values) % 2 :: 2])
         if all(point.word != WITHIN for point in points):
             place = values.index(_number(representative(points).parameter))
             yield from measured(values[max(place - 1, 0) : place + 2])
-    return (yield from bisected(claim.vary, points, claim.tolerance, measure, effort))
+    # between errors of opposite signs it may be within: once more where values were left out
+    left_out = effort == "quick" and len(values) > 3
+    halvings = claim.vary.halvings(effort) + left_out
+    return (
+        yield from bisected(claim.vary, points, claim.tolerance, measure, effort, halvings=halvings)
+    )
 
 
-def is_known(points: Sequence[PointRecord], effort: Effort) -> bool:
-    """Return whether more points leave a verdict as it is, and quick effort asks no more."""
+def is_final(points: Sequence[PointRecord], effort: Effort) -> bool:
+    """Return whether a quick verdict is final: some points are within, some outside."""
     return effort == "quick" and verdict_of([point.word for point in points]) == IN_A_RANGE
 
 
@@ -150,6 +155,8 @@ def bisected(
     tolerance: float,
     measure: Measure,
     effort: Effort,
+    *,
+    halvings: int,
 ) -> Inquiry[list[PointRecord]]:
     """Bisect all intervals between points that contain a boundary.
 
@@ -158,8 +165,8 @@ def bisected(
     nearby. If a midpoint is not resolved, the bisection ends. Points come back in order.
     """
     intervals = list(pairwise(points))
-    for _ in range(span.halvings(effort)):
-        if is_known(points, effort):
+    for _ in range(halvings):
+        if is_final(points, effort):
             break
         split = []
         for low, high in intervals:
@@ -230,7 +237,10 @@ def along_nuisance(
 
     points = yield from points_at(nuisance.numbers(), claim.tolerance, measure)
     if not nuisance.values:
-        points = yield from bisected(nuisance, points, claim.tolerance, measure, effort)
+        halvings = nuisance.halvings(effort)
+        points = yield from bisected(
+            nuisance, points, claim.tolerance, measure, effort, halvings=halvings
+        )
     return NuisanceRecord(
         name=nuisance.name,
         reason=nuisance.reason,
@@ -325,17 +335,17 @@ def judged_claim(claim: Claim, effort: Effort) -> Inquiry[ClaimRecord]:
     validity = None
     able = not_run(points) == ""
     unstated: list[PointRecord] = []
-    if claim.nuisance and able and not is_known(points, effort):
+    if claim.nuisance and able and not is_final(points, effort):
         at = representative(points).parameter
         nuisances = yield from together(
             along_nuisance(claim, nuisance, at, under, effort) for nuisance in claim.nuisance
         )
         unstated += [p for line in nuisances for p in line.points if p.parameter != line.stated]
-        if not is_known([*points, *unstated], effort):
+        if not is_final([*points, *unstated], effort):
             draws = yield from together(
                 drawn(claim, share, under) for share in shares(claim, effort)
             )
-    if able and not is_known([*points, *unstated, *draws], effort):
+    if able and not is_final([*points, *unstated, *draws], effort):
         validity = yield from mapped(claim, under, effort)
     rows = [] if validity is None else validity.rows
     stated = {nuisance.name: nuisance.stated_number for nuisance in claim.nuisance}

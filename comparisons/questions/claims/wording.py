@@ -81,7 +81,11 @@ def _sentence(claim: Claim, verdict: str, record: ClaimRecord) -> str:
     elif verdict == IN_A_RANGE:
         stretches = _stretches(record.ranges, points)
         largest = at(max(judged, key=_size))
-        found = f"Within {limit} for {claim.parameter} {stretches}. "
+        found = f"Within {limit} for {claim.parameter} {stretches}"
+        if record.effort == "quick":
+            hangs = ", and what it hangs on" if claim.nuisance else ""
+            found += f"; a full run finds where the range ends{hangs}"
+        found += ". "
         found += f"The largest {noun} is {largest}{left}."
     elif failing:
         where = ", ".join(value(point.parameter) for point in failing)

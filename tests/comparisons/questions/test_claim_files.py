@@ -60,6 +60,12 @@ def problems(**changes):
     return caught.value.problems
 
 
+def test_a_misspelt_place_of_a_claim_is_told():
+    assert problems(nearest={"alon": "n"}) == [
+        "a.toml: nearest.alon: unknown key; did you mean along?"
+    ]
+
+
 def test_every_built_in_claim_is_valid_and_no_name_or_nuisance_stands_twice():
     assert len(load_claims()) == sum(len(read_family(path)) for path in HERE.glob("*.toml"))
     shared = read_toml(SHARED)["nuisances"].keys()

@@ -63,6 +63,13 @@ def test_quick_effort_stops_once_a_claim_holds_in_a_range():
     assert verdict_of(words_on(quick)) == verdict_of(words_on(full)) == IN_A_RANGE
 
 
+def test_quick_effort_bisects_where_the_error_changes_its_sign():
+    """Errors of half (x - 4.7125) pass zero between the values 4.6 and 6.4 of six."""
+    crossing = {"steps": 6, "effort": "quick", "bisections": 6}
+    points = found(lambda x: 0.5 * (x - 4.7125), bar=1e-4, **crossing)
+    assert verdict_of(words_on(points), "quick") == IN_A_RANGE
+
+
 def test_quick_effort_looks_beside_the_smallest_error_where_no_value_is_within():
     """The error is small at 1 alone, which the values 0, 2, 4, 6 leave out."""
     dip = {"start": 0.0, "end": 6.0, "steps": 7, "effort": "quick", "bisections": 0}

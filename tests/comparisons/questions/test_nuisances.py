@@ -8,6 +8,7 @@ import pytest
 
 from comparisons.errors import ProblemsError
 from comparisons.judging.verdicts import OUTSIDE, WITHIN
+from comparisons.questions.claims import runner
 from comparisons.questions.claims.claim import load_claims, make_claim
 from comparisons.questions.claims.record import (
     FAILS,
@@ -119,6 +120,38 @@ def test_draws_fill_the_range_and_are_the_same_every_day(monkeypatch):
     # of a Sobol sample, every sixteenth of the range has its draw
     assert set(np.floor(sample[:, 0] * 16)) == set(range(16))
     assert len(shares(claim, "quick")) == 2
+
+
+RANGE = {"from": 0.1, "to": 20, "steps": 4, "spacing": "log"}
+
+
+@pytest.mark.parametrize(
+    ("outside", "lines", "draws", "mapped"),
+    [
+        (lambda x, y: x > 1, 0, 0, False),
+        (lambda x, y: y > 6, 1, 0, False),
+        (lambda x, y: x > 6 and y < 1 and y != 0.5, 1, 2, False),
+        (lambda x, y: False, 1, 2, True),
+    ],
+    ids=["along its own parameter", "along what is left open", "in a draw", "nowhere"],
+)
+def test_a_quick_run_measures_no_more_once_a_claim_holds_in_a_range(
+    monkeypatch, outside, lines, draws, mapped
+):
+    """What the statement leaves open, draws of it and the map, in this order; in full all three.
+
+    Of the two draws the first has y = 0.7 and x = 10.
+    """
+    monkeypatch.setattr(runner, "shares", lambda *_: np.array([[0.027, 0.87], [0.5, 0.5]]))
+    claim = law(
+        monkeypatch, lambda x, y, kind: 0.02 * outside(x, y), vary=RANGE, map={"up": "y", "rows": 2}
+    )
+    record = judge_claim(claim, "quick")
+    found = len(record.nuisances), len(record.draws), record.map is not None
+    assert found == (lines, draws, mapped)
+    full = judge_claim(claim, "full")
+    assert (len(full.nuisances), len(full.draws), full.map is not None) == (1, 2, True)
+    assert ("a full run finds" in record.sentence) == outside(20, 1)
 
 
 def test_a_map_has_a_boundary_in_every_row(monkeypatch):

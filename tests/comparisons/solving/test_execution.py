@@ -19,6 +19,8 @@ from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 from comparisons.tasks import solution as tasks_solution
 from comparisons.tasks.solution import Solution, load_solution, save_solution
+from comparisons.tasks.steps import Row, Step, solve_rows
+from reference.errors import ConvergenceError
 
 SCALARS = ("unknowns", "seconds", "setup_seconds", "compile_seconds", "memory")
 
@@ -115,6 +117,23 @@ def test_quantities_of_the_wrong_shape_are_a_failure_of_the_method(task, replace
     solution = execute(task())
     assert not solution.converged.any()
     assert "force: expected 3 numbers, got an array of shape (2, 3)" in solution.reasons[0, 0]
+
+
+def test_what_fails_beside_a_solve_is_no_load_without_an_answer(task):
+    """A picture that fails is a defect to see; a solver that ends early loses the load it is at."""
+    planned = task()
+    solution = solve_rows(
+        planned, [Row(lambda loads: iter([Step({"force": 1.0})] * (len(loads) - 1)))]
+    )
+    assert solution.converged.tolist() == [[True, True, False]]
+    assert solution.reasons == {(0, 2): "the solver ended before this load"}
+
+    def picture():
+        raise ConvergenceError("picture failed", [])
+
+    steps = [Step({"force": 1.0}), Step({"force": 2.0}), Step({"force": 3.0}, fields=picture)]
+    with pytest.raises(ConvergenceError, match="picture failed"):
+        solve_rows(planned, [Row(lambda loads: iter(steps))])
 
 
 @pytest.mark.parametrize("in_a_class_body", [False, True])
