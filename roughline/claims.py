@@ -105,7 +105,8 @@ def check_claim(
         Test this method instead of the reduced model, on a claim that is based on a scene.
     full : bool
         Refine the reference until its bar is a fifth of the tolerance, and narrow each boundary;
-        else wider bars, and no more points than the verdict needs.
+        else wider bars, and no more points than the verdict needs. Up to an hour on rough surfaces;
+        the claim's range is part of the answer, so that this is the default.
 
     Raises
     ------

@@ -140,13 +140,19 @@ def leaderboard(directory: Path, *, out: Path | None = None) -> int:
 
 def _write_page(directory: Path, out: Path) -> list[str]:
     """Write the page of a folder's entries, and return why some of its files are not judged."""
+    from comparisons.errors import ResultsError
     from comparisons.files import write_text
     from comparisons.questions.problem_sheets import boards_of
-    from comparisons.results.folder import PAGE
+    from comparisons.results.folder import PAGE, RECORDS, held
     from reports.pages.leaderboard import leaderboard_page
 
     boards, refused = boards_of(directory)
-    write_text(out / PAGE, leaderboard_page(boards, refused))
+    with held(out):
+        if foreign := [name for name in RECORDS if (out / name).exists()]:
+            raise ResultsError(
+                f"{out} has {', '.join(foreign)} of another command: choose another --out"
+            )
+        write_text(out / PAGE, leaderboard_page(boards, refused))
     for problem in refused:
         say(f"not judged: {problem}")
     say(out / PAGE)

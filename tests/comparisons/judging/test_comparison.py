@@ -332,6 +332,7 @@ def test_the_truth_is_a_closed_form_or_the_finest_grid_of_the_method_known_best(
         sentence = truth.sentence(COMPARABLE)
         assert ("its error is not known" in sentence) == np.isnan(bar).all()
         assert METHODS[truth.method].title in sentence
+        assert truth.exact or f"N = {truth.resolution}" in sentence
 
 
 def test_a_closed_form_without_any_of_the_quantities_leaves_the_truth_to_a_grid():

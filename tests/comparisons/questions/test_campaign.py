@@ -42,13 +42,13 @@ def test_claims_on_one_scene_share_its_solves(tmp_path, monkeypatch):
 
     monkeypatch.setattr(inquiries, "execute", count)
     claims = load_claims(("ellipsoid-force", "ellipsoid-area"))
-    record = ClaimRun(claims, tmp_path / "out").run()
+    record = ClaimRun(claims, tmp_path / "out", effort="full").run()
     assert len({point.parameter for claim in record.claims for point in claim.points}) > 7
     assert set(done.values()) == {1}
     files = len(list((tmp_path / "out" / MEASUREMENTS).iterdir()))
     assert files == len(done)
     done.clear()
-    again = ClaimRun(claims, tmp_path / "out", resume=True).run()
+    again = ClaimRun(claims, tmp_path / "out", effort="full", resume=True).run()
     assert not done
     assert again.claims == record.claims
     assert again.seconds > record.seconds

@@ -92,6 +92,18 @@ def test_two_boards_of_the_same_entries_are_the_same_bytes(blank, submit, tmp_pa
     assert pages[0] == pages[1]
 
 
+def test_a_board_does_not_write_over_the_page_of_another_command(blank, submit, tmp_path, capsys):
+    submit(filled(blank), "--leaderboard", str(tmp_path / "board"))
+    run, file = tmp_path / "run", tmp_path / "file"
+    run.mkdir()
+    for path in (run / "report.html", run / "claims.json", file):
+        path.write_text("others")
+    for out, said in ((run, "has claims.json of another command"), (file, "expected a folder")):
+        assert run_command(["leaderboard", str(tmp_path / "board"), "--out", str(out)]) == 2
+        assert said in " ".join(capsys.readouterr().err.split())
+    assert (run / "report.html").read_text() == "others"
+
+
 def test_texts_of_strangers_are_inert_on_the_page(blank, submit, tmp_path):
     submit(filled(blank, solver="<script>x</script>"), "--leaderboard", str(tmp_path / "board"))
     page = (tmp_path / "board" / "report.html").read_text(encoding="utf-8")

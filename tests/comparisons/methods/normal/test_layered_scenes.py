@@ -91,7 +91,7 @@ def test_code_is_warmed_up_on_cells_of_the_scene():
     """On cells of a metre rubber of micrometres is nothing: no iteration ended."""
     made = scene({"poisson_ratio": 0.5, "thickness": "6 um"}, indenter=BALL | {"radius": "10 mm"})
     task = Task(made, *prepare(made), "fem", 16, quantities=frozenset({"force"}))
-    assert solver_for("fem", made).warm_up(task) is None  # it ends
+    solver_for("fem", made).warm_up(task)  # ends, without a ConvergenceError
 
 
 def test_elements_may_end_on_a_half_space_and_say_so():
