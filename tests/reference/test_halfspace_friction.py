@@ -123,6 +123,8 @@ def test_a_wave_of_traction_shears_lifts_and_is_dragged():
         (body.drag(wave), -along * pull),
     ):
         assert np.abs(result - expected).max() < 1e-14 * unit
+    for traction in (along * wave, across * wave):
+        assert np.abs(body.near(body.shear(traction)) - traction).max() < 1e-13
 
 
 @pytest.mark.parametrize(("half_y", "bound"), [(1.0, 6e-4), (0.5, 4e-3)])

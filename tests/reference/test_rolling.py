@@ -188,7 +188,7 @@ def test_elements_are_the_half_space_some_cells_away(component):
 
 
 def test_a_window_of_elements_is_of_the_same_elements():
-    body = elements(0.3, 0.1)((12, 12), 1.0)
+    body = ShearBody((12, 12), (1.0, 1.0), Material(1.0, 0.3), element="linear", inertia=0.1)
     window = np.s_[:, 2:6, 3:7]
     traction = np.zeros((2, 12, 12))
     traction[window] = np.arange(32.0).reshape(2, 4, 4)

@@ -28,7 +28,7 @@ from reports.tables.judged import (
     prepared_table,
     verdict_table,
 )
-from reports.tables.scene import spots
+from reports.tables.scene import load_steps, settings, spots
 from reports.tables.written import alignment, drawn, frame, in_markdown, latex, rewrite
 from roughline import notebook
 
@@ -208,6 +208,42 @@ def test_of_one_scene_every_other_method_stands_beside_with_its_time_and_error(t
         assert word == "within"
         where = "at last load" if error.startswith("p ") else "at d = "
         assert where in error
+
+
+def test_settings_and_load_steps_are_what_rows_costs_and_verdicts_say(study):
+    """Every setting in its own row: an error of another, or a time for a set-up, would be seen."""
+    for scene in study.scenes:
+        solved = frame(settings(scene))
+        keys = [k for n in scene.methods for k in [(n, v) for v in scene.resolutions_run(n)]]
+        assert solved["N"].tolist() == pytest.approx([level for _, level in keys])
+        costs = [scene.cost(*key) for key in keys]
+        for head, values in (
+            ("time / s", [cost.seconds for cost in costs]),
+            ("set-up / s", [cost.setup_seconds for cost in costs]),
+        ):
+            assert solved[head].tolist() == pytest.approx(values, nan_ok=True)
+        several = any(cost.surfaces > 1 for cost in costs)
+        assert ("surfaces" in solved) == several
+        if several:
+            single = [cost.single_seconds for cost in costs]
+            assert solved["time of one / s"].tolist() == pytest.approx(single, nan_ok=True)
+        at = scene.equal_at("contact_area")
+        judged = {
+            (v.method, v.resolution): v.error
+            for v in scene.verdicts
+            if (v.quantity, v.at) == ("contact_area", at)
+        }
+        told = next(name for name in solved if name.startswith("error of contact area"))
+        for key, error in zip(keys, solved[told], strict=True):
+            if key in judged and not scene.is_reference(*key):
+                assert error == pytest.approx(judged[key], nan_ok=True), key
+
+        steps = frame(load_steps(scene))
+        curves = [scene.curve(n, v) for n in scene.methods for v in scene.resolutions_solved(n)]
+        for head, name, added in (("step", "step", 1), ("error of force", "error_force", 0)):
+            if name == "step" or head in steps:
+                values = np.concatenate([np.asarray(curve[name], float) for curve in curves])
+                assert steps[head].tolist() == pytest.approx(list(values + added), nan_ok=True)
 
 
 def test_a_bar_that_differs_from_load_to_load_is_given_by_its_ends(study):
