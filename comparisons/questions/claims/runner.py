@@ -136,12 +136,7 @@ def along(claim: Claim, measure: Measure, effort: Effort) -> Inquiry[list[PointR
         if all(point.word != WITHIN for point in points):
             place = values.index(_number(representative(points).parameter))
             yield from measured(values[max(place - 1, 0) : place + 2])
-    # between errors of opposite signs it may be within: once more where values were left out
-    left_out = effort == "quick" and len(values) > 3
-    halvings = claim.vary.halvings(effort) + left_out
-    return (
-        yield from bisected(claim.vary, points, claim.tolerance, measure, effort, halvings=halvings)
-    )
+    return (yield from bisected(claim.vary, points, claim.tolerance, measure, effort))
 
 
 def is_final(points: Sequence[PointRecord], effort: Effort) -> bool:
@@ -155,8 +150,6 @@ def bisected(
     tolerance: float,
     measure: Measure,
     effort: Effort,
-    *,
-    halvings: int,
 ) -> Inquiry[list[PointRecord]]:
     """Bisect all intervals between points that contain a boundary.
 
@@ -165,7 +158,7 @@ def bisected(
     nearby. If a midpoint is not resolved, the bisection ends. Points come back in order.
     """
     intervals = list(pairwise(points))
-    for _ in range(halvings):
+    for _ in range(span.halvings(effort)):
         if is_final(points, effort):
             break
         split = []
@@ -237,10 +230,7 @@ def along_nuisance(
 
     points = yield from points_at(nuisance.numbers(), claim.tolerance, measure)
     if not nuisance.values:
-        halvings = nuisance.halvings(effort)
-        points = yield from bisected(
-            nuisance, points, claim.tolerance, measure, effort, halvings=halvings
-        )
+        points = yield from bisected(nuisance, points, claim.tolerance, measure, effort)
     return NuisanceRecord(
         name=nuisance.name,
         reason=nuisance.reason,
