@@ -180,6 +180,10 @@ def _deaf_to_control_c() -> Iterator[None]:
     if sys.platform == "win32":
         yield
         return
+    from multiprocessing import resource_tracker  # there is none on Windows
+
+    # loky starts it with the first process, and in CPython 3.11 it lifts the mask as it starts.
+    resource_tracker.ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
