@@ -13,7 +13,7 @@ import numpy as np
 
 from comparisons.formatting import number
 from comparisons.geometry.prepare import IndenterGeometry
-from comparisons.methods import Refused, Scene, Solver, Step, Task, needed
+from comparisons.methods import NoAnswerError, Refused, Scene, Solver, Step, Task, needed
 from comparisons.methods.friction import normal_load
 from comparisons.scene.loading import loads_of
 from comparisons.tasks.shown_loads import grid_pressure
@@ -255,13 +255,16 @@ class HamrockDowson(Formula):
         loads = loads_of(scene)
         assert loads.normal is not None
         force = float(loads.normal.values[-1])
-        fit = SoftFit(self.radius, self.modulus, self.table.viscosity, force)
-        if not all(fit.covers(speed) for speed in loads.values):
-            raise Refused(
-                f"made for ηU/(2E*R) from {' to '.join(number(end, 1) for end in SPEEDS)} and "
-                f"F/(2E*R²) from {' to '.join(number(end, 1) for end in LOADS)}"
-            )
+        self.fit = SoftFit(self.radius, self.modulus, self.table.viscosity, force)
+        self.range = (
+            f"made for ηU/(2E*R) from {' to '.join(number(end, 1) for end in SPEEDS)} and "
+            f"F/(2E*R²) from {' to '.join(number(end, 1) for end in LOADS)}"
+        )
+        if not any(self.fit.covers(speed) for speed in loads.values):
+            raise Refused(self.range)
 
     def films(self, load: float, speed: float) -> dict[str, float]:
-        fit = SoftFit(self.radius, self.modulus, self.table.viscosity, load)
+        fit = self.fit
+        if not fit.covers(speed):
+            raise NoAnswerError(self.range)
         return {"film_central": fit.central(speed), "film_minimum": fit.minimum(speed)}

@@ -270,12 +270,9 @@ class FittedBall(Solver[IndenterGeometry]):
         loads = loads_of(scene)
         if (loads.values < 0).any() or (np.diff(loads.values) < 0).any():
             raise Refused("fitted on loading only")
-        largest = float(self._depths(loads.control, loads.values[-1:])[0])
-        if largest > self.fit.largest:
-            raise Refused(
-                f"fitted up to {self.fit.largest:.3g} times the penetration of first yield, and "
-                f"the largest load is at {largest:.3g}"
-            )
+        self.range = f"fitted up to {self.fit.largest:.3g} times the penetration of first yield"
+        if (self._depths(loads.control, loads.values) > self.fit.largest).all():
+            raise Refused(f"{self.range}, and every load is beyond that")
         self.note = self.fit.source
 
     def _depths(self, control: str, loads: np.ndarray) -> np.ndarray:
@@ -297,6 +294,8 @@ class FittedBall(Solver[IndenterGeometry]):
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         fit = self.fit
         w = self._depths(task.loads.control, task.loads.values)
+        beyond = w > fit.largest
+        w[beyond] = np.nan
         curves = {
             "penetration": w * fit.yields_at,
             "force": fit.force(w) * fit.force_unit,
@@ -305,7 +304,10 @@ class FittedBall(Solver[IndenterGeometry]):
         }
         if fit.residual is not None:
             curves["residual_depth"] = fit.residual(w) * fit.yields_at
-        return Solution.of(task, curves, violation=0.0)
+        solution = Solution.of(task, curves, violation=0.0)
+        for step in np.flatnonzero(beyond):
+            solution.fail((0, int(step)), self.range)
+        return solution
 
 
 class KogutEtsion(FittedBall):

@@ -11,6 +11,9 @@ from comparisons.methods.registry import SOLVERS, solver_for
 from comparisons.methods.solver import Refusal
 from comparisons.scene.indenters.indenter import Indenter
 from comparisons.scene.scene import SceneError, load_scene
+from comparisons.solving.execution import execute
+from comparisons.solving.plan import task_of
+from comparisons.solving.planning import plan_scene
 
 CONE = {"indenter": {"shape": "cone", "slope": 0.1}}
 FLAT = {"indenter": {"shape": "cylinder", "radius": "1 mm"}}
@@ -135,7 +138,7 @@ REFUSED = {
     ],
     "soft-ball-film": [
         *((name, {}, "does not model [lubrication]") for name in ("fem", "bem_dense")),
-        ("hamrock_dowson", {}, "5×10⁻⁹"),
+        ("hamrock_dowson", {"lubrication.speed": 1e-2}, "5×10⁻⁹"),
         ("hamrock_dowson", FASTER, NO_BALL),
         ("bem_fft", CONE, "paraboloids"),
         ("bem_fft", SHORT_WAVES, "waves so short"),
@@ -230,6 +233,38 @@ TAKEN = [
 def test_what_is_within_a_method_is_taken(source, method, changes):
     """Beside each, above, a method or a number that refuses it."""
     assert not isinstance(solver_for(method, load_scene(source, changes)), Refusal)
+
+
+SPEED = 5e-4  # m/s, of the film: within its fit; 1e-2 is beyond
+
+
+@pytest.mark.parametrize(
+    ("source", "method", "quantity", "inside", "beside"),
+    [
+        ("plastic-ball", "kogut_etsion", "contact_area", dented(5, 50), dented(5, 50, 200)),
+        ("plastic-ball", "jackson_green", "force", dented(5), dented(5, 1e6)),
+        (
+            "soft-ball-film",
+            "hamrock_dowson",
+            "film_central",
+            {"lubrication.speed": SPEED},
+            {"lubrication.speed": [SPEED, 1e-2]},
+        ),
+    ],
+)
+def test_a_load_beyond_the_range_of_a_fit_costs_that_load_alone(
+    source, method, quantity, inside, beside
+):
+    """The others have the answers that they have without it."""
+    known, both = (
+        execute(task_of(plan_scene(load_scene(source, changes))[0], method, 1))
+        for changes in (inside, beside)
+    )
+    expected = [*known.quantities[quantity][0], np.nan]
+    np.testing.assert_array_equal(both.quantities[quantity][0], expected)
+    (((_, step), reason),) = both.reasons.items()
+    assert step == len(expected) - 1
+    assert reason.startswith(("fitted up to", "made for"))
 
 
 class Wedge(Indenter):
