@@ -34,6 +34,9 @@ LARGE = 0.1
 DEEPEST = 2.0
 # Wheels and tyres slip all over at a creep of 0.01 to 0.2; 1 is a locked wheel.
 LARGEST_CREEP = 0.2
+# 1/Pa. Metals without oil have k = K/H up to some 1e-11/Pa: K = 0.007 of mild steel on itself
+# (Archard & Hirst 1956), H of some GPa. K is a plain number.
+LARGEST_WEAR = 1e-9
 # Under more pressure the viscosity of an oil is no constant: exp(alpha p) with alpha about 20/GPa.
 THICKENS = 1e8
 # Limits of measured surfaces; beyond them, a wrong unit or size is more likely.
@@ -67,6 +70,12 @@ def scene_notes(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> list[
                 f"a creep of {number(creep)} is {relative(creep)} of the speed (wheels slip below "
                 f"{relative(LARGEST_CREEP)}, at 100 % they are locked)"
             )
+    if scene.wear is not None and scene.wear.coefficient > LARGEST_WEAR:
+        doubts.append(
+            f"a wear coefficient of {number(scene.wear.coefficient)}/Pa is more than "
+            f"{number(LARGEST_WEAR, 1)}/Pa (dry metals have up to 10⁻¹¹/Pa; Archard's K, a plain "
+            "number, is this times the hardness)"
+        )
     if scene.plasticity is not None:
         slope, youngs = scene.plasticity.hardening, scene.half_space.elastic_constants[0]
         if slope > youngs:

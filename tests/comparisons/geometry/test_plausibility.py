@@ -108,6 +108,8 @@ def test_an_impact_on_rubber_strains_it_as_its_duration_lets_it_relax(mass, rati
             "constant viscosity: under 274\u202fMPa",
         ),
         ("rolling-ball", {"rolling.creep": 2.0}, "a creep of 2.00 is 200\u202f% of the speed"),
+        # mild steel on mild steel has K = 0.007 (Archard & Hirst 1956), which is no 1/Pa
+        ("worn-punch", {"wear.coefficient": 7e-3}, "wear coefficient of 0.00700/Pa is more than"),
         (
             "plastic-ball",
             {"plasticity.hardening": "500 GPa"},
@@ -115,7 +117,7 @@ def test_an_impact_on_rubber_strains_it_as_its_duration_lets_it_relax(mass, rati
         ),
     ],
 )
-def test_adhesion_creep_and_hardening_beyond_any_material_are_questioned(scene, changes, said):
+def test_adhesion_creep_wear_and_hardening_beyond_any_material_are_questioned(scene, changes, said):
     (plan,) = plan_scene(load_scene(scene, changes | {"compare.methods": ["reduced"]}))
     (doubt,) = plan.doubts
     assert said in doubt

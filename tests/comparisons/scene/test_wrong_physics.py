@@ -139,6 +139,8 @@ WRONG = {
         ({"loading.squeeze_speed": 1}, "or loading.squeeze_speed, got both"),
         ({"loading": {"penetration": 1e-6}}, "expected a force with"),
         ({"lubrication.speed": [2, 1]}, "strictly increasing"),
+        # Hertz: (3 x 0.2 N x 10 mm/(4 x 1 MPa))^(1/3) = 1.145 mm
+        ({"lubrication.meniscus": "1.14 mm"}, "than the radius of the contact, 1.14\u202fmm, got"),
         (
             {"lubrication.slide_to_roll": 1, "lubrication.speed": 1, "lubrication.waviness": WAVE},
             "expected 2: a rough ball that moves",

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from comparisons.formatting import unpadded
+from comparisons.formatting import unpadded, with_unit
 from comparisons.scene.fields import (
     LENGTH,
     SPEED,
@@ -20,6 +21,9 @@ from comparisons.scene.fields import (
 )
 from comparisons.scene.loading import PRESCRIBED, Control, LoadRange, ranged
 from comparisons.scene.physics.tables.physics_table import PhysicsTable
+
+if TYPE_CHECKING:
+    from comparisons.scene.scene import Scene
 
 # Longest over shortest wave of a rough ball: a thousand waves.
 MOST_WAVES = 16
@@ -103,6 +107,18 @@ class Lubrication(PhysicsTable):
             yield f"lubrication: expected speed or loading.squeeze_speed, got {came}"
         if "surface" in data:
             yield "lubrication: expected an [indenter]: rough films are not modelled"
+
+    def check(self, scene: Scene) -> None:
+        """Expect oil that begins before the contact: (3 F R/(4 E*))^(1/3), Hertz's."""
+        if self.meniscus is None or scene.indenter is None or scene.indenter.shape != "paraboloid":
+            return
+        radius, force = scene.indenter.parameters["radius"], scene.loading.range.values[-1]
+        contact = math.cbrt(0.75 * force * radius / scene.effective_modulus)
+        if self.meniscus <= contact:
+            raise fail(
+                f"lubrication.meniscus: expected more than the radius of the contact, "
+                f"{with_unit(contact, 'm')}, got {with_unit(self.meniscus, 'm')}"
+            )
 
     @property
     def varied(self) -> tuple[Control, tuple[float, ...]] | None:
