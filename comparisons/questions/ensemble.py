@@ -89,7 +89,7 @@ class Ensemble(Campaign[list[bundles.Bundle], bundles.EnsembleResult]):
         )
         block = solver_of(task).block(task.resolution)
         if not kept and self.surfaces:
-            pilot = bundle_job(task, identity(task), self.surfaces[: -(-block // PILOT)])
+            pilot = bundle_job(task, self.surfaces[: -(-block // PILOT)])
             done = yield [pilot]
             kept.append(value_of(done[pilot.key]))
         missing = bundles.gaps(self.surfaces, kept)
@@ -103,7 +103,7 @@ class Ensemble(Campaign[list[bundles.Bundle], bundles.EnsembleResult]):
         size = max(1, int(min(TASK_SECONDS / max(cost, 1e-9), most, even)))
         size = size if size < block else size // block * block
         jobs = [
-            bundle_job(task, identity(task), stretch[start : start + size])
+            bundle_job(task, stretch[start : start + size])
             for stretch in missing
             for start in range(0, len(stretch), size)
         ]
@@ -140,12 +140,12 @@ class Ensemble(Campaign[list[bundles.Bundle], bundles.EnsembleResult]):
 
 
 def identity(task: Task) -> str:
-    """Name the setting of a task, whatever the number of surfaces."""
+    """Name the setting of a task, whatever the number of surfaces: the key of its first one."""
     surface = task.scene.surface
     assert surface is not None
     single = surface.model_copy(update={"realisations": 1})
     scene = task.scene.model_copy(update={"surface": single})
-    return replace(task, scene=scene, realisations=(0,)).key.rpartition("-")[2]
+    return replace(task, scene=scene, realisations=(0,)).key
 
 
 def result_of(
@@ -192,16 +192,17 @@ BUNDLE = Archive(
 _BYTES = 4 * 8 * 20
 
 
-def bundle_job(task: Task, identity: str, surfaces: range) -> Job:
+def bundle_job(task: Task, surfaces: range) -> Job:
     """Return the solve of consecutive surfaces, of which `task` is any one's, as a job."""
     solver = solver_of(task)
     block = tuple(surfaces[: solver.block(task.resolution)])
     memory = solver.memory(replace(task, realisations=block))
     memory += _BYTES * len(surfaces) * len(task.loads.values)
-    setting = f"{task.scene.name}-{task.method}-{task.resolution}"
     kind = replace(Kind.of(task), realisations=len(surfaces), timed=False)
-    key = f"{setting}-{surfaces.start}-{identity}"
-    return Job(key, solve_bundle, (task, identity, surfaces), memory, kind, BUNDLE)
+    named = identity(task)
+    setting, _, digest = named.rpartition("-0-")
+    key = f"{setting}-{surfaces.start}-{digest}"
+    return Job(key, solve_bundle, (task, named, surfaces), memory, kind, BUNDLE)
 
 
 def solve_bundle(task: Task, identity: str, surfaces: range) -> bundles.Bundle:

@@ -39,7 +39,7 @@ class SettingRecord(Form):
 
     method: str
     resolution: int
-    identity: str  # scene, options, code and packages, as in the names of its files
+    identity: str  # key of its first surface: setting, options, code and packages
     # How many surfaces are solved, in how many bundles; load steps of them without an answer.
     surfaces: int
     bundles: int
@@ -235,7 +235,7 @@ class Bundle:
 
     method: str
     resolution: int
-    identity: str  # the same exactly when scene, loads, options, code and packages are the same
+    identity: str  # the same exactly when setting, loads, options, code and packages are the same
     first: int
     count: int
     # Number of load steps of all surfaces, and of those without an answer.

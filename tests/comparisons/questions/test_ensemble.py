@@ -112,11 +112,28 @@ def test_surfaces_in_two_files_count_once(whole, many, tmp_path):
     run = Ensemble(many(), tmp_path / "out")
     run.run()
     task = next(iter(run.tasks.values()))
-    job = questions.bundle_job(task, questions.identity(task), range(1, 12))
+    job = questions.bundle_job(task, range(1, 12))
     write_bundle(tmp_path / "out" / SURFACES / f"{job.key}.parquet", job.work(*job.arguments))
     again = Ensemble(many(), tmp_path / "out", resume=True).run()
     assert digests(again) == digests(whole)
     assert [setting.surfaces for setting in again.record.settings] == [45, 45]
+
+
+def test_two_grids_of_one_method_are_two_settings(rough, tmp_path):
+    """As each grid by itself: also continued, and joined from two parts."""
+
+    def run(grids, name, **options):
+        scene = rough(realisations=9, compare={"methods": ["bem_fft"], "resolutions": grids})
+        return Ensemble(scene, tmp_path / name, **options).run()
+
+    alone = [*digests(run([8], "coarse")), *digests(run([16], "fine"))]
+    assert len(set(alone)) == 2
+    for k in (1, 2):
+        run([8, 16], str(k), part=(k, 2))
+    merged = merge_ensembles([tmp_path / "1", tmp_path / "2"], tmp_path / "all")
+    for result in (run([8, 16], "both"), run([8, 16], "both", resume=True), merged):
+        assert digests(result) == alone
+        assert [setting.surfaces for setting in result.record.settings] == [9, 9]
 
 
 def test_an_ensemble_grows_to_more_surfaces(whole, many, tmp_path):

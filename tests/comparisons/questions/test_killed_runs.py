@@ -17,14 +17,17 @@ EXAMPLES = Path(__file__).resolve().parents[3] / "docs" / "examples"
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("workers", "runs"), [("0", "4"), ("2", "1")])
-def test_runs_killed_at_random_moments_end_like_undisturbed_ones(workers, runs, monkeypatch):
-    """Four moments of the twenty of docs/cluster.md, and one of a command with two processes.
+@pytest.mark.parametrize(
+    ("kind", "workers", "runs"),
+    [("run", "0", "4"), ("run", "2", "1"), ("claims", "0", "1"), ("ensemble", "0", "2")],
+)
+def test_what_is_killed_at_random_moments_ends_like_what_is_not(kind, workers, runs, monkeypatch):
+    """A few moments of the twenty of docs/cluster.md, and one of a command with two processes.
 
     Each command spends seconds on its start, in which nothing can be torn.
     """
     monkeypatch.setenv("PYTHONPATH", str(EXAMPLES.parents[1]))
-    words = ["--workers", workers, "--runs", runs, "--realisations", "20", "--seed", "7"]
+    words = [kind, "--workers", workers, "--runs", runs, "--size", "20", "--seed", "7"]
     command = [sys.executable, EXAMPLES / "killed_runs.py", *words]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     lines = [line.strip("| ").split(" | ") for line in done.stdout.splitlines()[-int(runs) :]]
