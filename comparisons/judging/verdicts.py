@@ -89,6 +89,10 @@ class Verdict:
     # paths errors are relative to the largest value).
     signed: bool = True
     ratio: bool = True
+    # Along a path: the error over the value itself at the step where it is furthest outside, by its
+    # |e| - u; NaN where it is nowhere.
+    own_error: Number = NAN
+    own_step: int = -1
     rms: Number = NAN  # root mean square of e over the load steps
     steps: int = 0  # how many load steps there are; of a single one none is named
     reason: str = ""  # why there is no result, or at how many load steps none
@@ -150,7 +154,13 @@ class Verdict:
         if not self.has_step:
             return ""
         step = f"{step_at(self.at)} {self.step + 1}"
-        return step if self.ratio else f"{step}, over the largest value of the path"
+        if self.ratio:
+            return step
+        when = f"{step}, over the largest value of the path"
+        if self.word == WITHIN and self.own_step >= 0:
+            own = fmt.signed_error(self.own_error)
+            when += f" (outside over its own: {own} at {step_at(self.at)} {self.own_step + 1})"
+        return when
 
     @property
     def where(self) -> str:

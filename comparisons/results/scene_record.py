@@ -18,7 +18,7 @@ from comparisons.formatting import count, number
 from comparisons.geometry.prepare import RoughGeometry
 from comparisons.judging.fields import distribution_rows, field_bar, field_measures
 from comparisons.judging.levels import Levels
-from comparisons.judging.metrics import rms_and_maximum
+from comparisons.judging.metrics import rms_and_maximum, sizes_along_path
 from comparisons.judging.truth import (
     EXACT,
     NO_REFERENCE,
@@ -285,7 +285,27 @@ def _verdicts(
             band = {}
             if beyond is not None and at == main_axis(truth.axis, name):
                 band = {"outside_band": " ".join(str(k + 1) for k in beyond) or NEVER}
-            yield verdict(name, at, errors, bars, **single, **band)
+            own = {}
+            if plan.loads.is_path:
+                own = over_own_value(errors, bars, truth.curves[name], plan.scene.compare.tolerance)
+            yield verdict(name, at, errors, bars, **single, **band, **own)
+
+
+def over_own_value(
+    errors: np.ndarray, bars: np.ndarray, values: np.ndarray, tolerance: float
+) -> dict[str, Any]:
+    """Return the error over the value itself that is furthest outside, and its step; or nothing.
+
+    Errors and bars are over the largest value of the path, which hides those of small loads.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = sizes_along_path(values) / np.abs(values)
+        low = (np.abs(errors) - bars) * share
+    low = np.where(np.isfinite(low), low, -np.inf)
+    step = int(np.argmax(low))
+    if low[step] <= tolerance:
+        return {}
+    return {"own_error": float((errors * share)[step]), "own_step": step}
 
 
 # Single lines scatter beside their mean, and a time of one line belongs to their errors. The one

@@ -100,6 +100,37 @@ def test_errors_along_a_path_are_relative_to_its_largest_value(scene):
 
 
 @pytest.mark.usefixtures("sheared")
+@pytest.mark.parametrize(
+    ("force", "tolerance", "hidden"),
+    # 0.1 N is a fortieth of the largest load: 20 % there are 0.5 % of the largest value
+    [
+        (0.1, 0.01, "outside over its own: +20\u202f% at step 1"),
+        (0.1, 0.3, ""),
+        (3.0, 0.01, ""),
+        (0.1, 0.001, ""),  # outside anyway
+    ],
+)
+def test_an_error_of_small_loads_that_the_largest_value_hides_is_told(
+    scene, monkeypatch, force, tolerance, hidden
+):
+    steps = Sheared.steps
+
+    def shifted(self, task, loads):
+        shift = 0.0 if self.name == "closed_form" else 0.02
+        yield from steps(self, task, np.asarray(loads) + shift)
+
+    monkeypatch.setattr(Sheared, "steps", shifted)
+    loading = {"force": "10 N", "tangential_force": [force, 4.0]}
+    asked = {"quantities": ["tangential_displacement"], "tolerance": tolerance}
+    (plan,) = plan_scene(scene(loading=loading, compare=asked, **FRICTION))
+    result = record_scene(plan, solved_in_memory(plan, "quick")[1])
+    (verdict,) = (verdict for verdict in result.verdicts if verdict.resolution == 40)
+    assert (verdict.word == "outside") == (tolerance < 0.005)
+    assert ("its own" in verdict.when) == bool(hidden)
+    assert hidden in verdict.when
+
+
+@pytest.mark.usefixtures("sheared")
 def test_the_bar_of_a_path_covers_its_error_where_the_values_pass_zero(scene):
     (plan,) = plan_scene(scene(loading=LOOP, **FRICTION))
     solved = solved_in_memory(plan, "quick")[1]
