@@ -368,5 +368,5 @@ def load_steps(scene: SceneRecord) -> Table:
             columns.append((head, [cells.signed_error(v) for v in errors]))
     columns.append((Head("iterations"), [cells.count(v) for v in rows["iterations"]]))
     note = f"The first {MOST_ROWS} of {total} rows; " if total > MOST_ROWS else ""
-    note += "all rows, realisations and columns are in results.csv."
+    note += "all rows, realisations and columns are in results.csv, where steps count from 0."
     return cells.of_columns(columns, note=fmt.capitalised(note))

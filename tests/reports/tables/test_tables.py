@@ -238,6 +238,7 @@ def test_settings_and_load_steps_are_what_rows_costs_and_verdicts_say(study):
             if key in judged and not scene.is_reference(*key):
                 assert error == pytest.approx(judged[key], nan_ok=True), key
 
+        assert "results.csv, where steps count from 0" in load_steps(scene).note
         steps = frame(load_steps(scene))
         curves = [scene.curve(n, v) for n in scene.methods for v in scene.resolutions_solved(n)]
         for head, name, added in (("step", "step", 1), ("error of force", "error_force", 0)):
