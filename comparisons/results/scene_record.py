@@ -305,7 +305,7 @@ def over_own_value(
     step = int(np.argmax(low))
     if low[step] <= tolerance:
         return {}
-    return {"own_error": float((errors * share)[step]), "own_step": step}
+    return {"own_error": float(errors[step] * share[step]), "own_step": step}
 
 
 # Single lines scatter beside their mean, and a time of one line belongs to their errors. The one
