@@ -114,9 +114,9 @@ class FemOptions(Options):
     # Where an indenter and a half-space meet: in the mesh's "nodes", or in the "quadrature" points
     # of its surface, with contact = "penalty" only.
     points: Literal["nodes", "quadrature"] = "nodes"
-    # Of an indenter with a [counter_body]: "mortar" or "node_to_surface" mesh both bodies;
-    # "effective_modulus" puts both compliances into one.
-    coupling: Literal["mortar", "node_to_surface", "effective_modulus"] = "mortar"
+    # Of an indenter with a [counter_body]: "effective_modulus" puts both compliances into one,
+    # exact without friction; "mortar" or "node_to_surface" mesh both bodies.
+    coupling: Literal["effective_modulus", "mortar", "node_to_surface"] = "effective_modulus"
     # Below a rough surface: "repeating" from cell to cell, solved wave by wave, or a "block",
     # condensed like any other mesh (free patches of up to 32 points a side).
     mesh: Literal["repeating", "block"] = "repeating"

@@ -135,6 +135,8 @@ class Fem(FemSolver[IndenterGeometry]):
         part = PARTS[sum(self.indenter.even)]
         fitted = "" if self.straight else ", scaled to each load"
         block = f"{part}a block of graded hexahedra around the contact{fitted}"
+        if self.scene.counter_body is not None:
+            block += ", with the compliances of both bodies, which add exactly without friction"
         chosen = self.solver
         solved = "condensed by nested dissection"
         if chosen == "conjugate_gradients":

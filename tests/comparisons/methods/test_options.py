@@ -14,6 +14,8 @@ COUNTER_BODY = {"counter_body.youngs_modulus": "5 GPa", "counter_body.poisson_ra
 def solver_or_refusal(method, source, options):
     """Return who solves a built-in scene with these options; a pair is the paraboloid on steel."""
     changes = {f"methods.{method}.{key}": value for key, value in options.items()}
+    if source == "meshed pair":
+        source, changes = "pair", changes | {"methods.fem.coupling": "mortar"}
     if source == "pair":
         source, changes = "paraboloid", changes | COUNTER_BODY
     return solver_for(method, load_scene(source, changes))
@@ -24,7 +26,7 @@ def solver_or_refusal(method, source, options):
     [
         ("paraboloid", "fem", {"mesh": "block"}, "contact, points, solver"),
         ("paraboloid", "fem", {"element": "linear"}, "contact, points, solver"),
-        ("paraboloid", "fem", {"coupling": "effective_modulus"}, "contact, points, solver"),
+        ("paraboloid", "fem", {"coupling": "mortar"}, "contact, points, solver"),
         ("paraboloid", "fem", {"penalty": 10.0}, "contact, points, solver"),
         ("rough-free", "fem", {"coupling": "node_to_surface"}, "bottom, contact, element"),
         ("friction-steel", "fem", {"contact": "penalty"}, "no option"),
@@ -46,7 +48,7 @@ def solver_or_refusal(method, source, options):
         ("friction-rough", "reduced", {"stress": "local"}, "edges, line_length, line_points"),
         ("paraboloid", "fem", {"element": "linear", "mesh": "block"}, "contact, points, solver"),
         # how contact is enforced is said by the coupling of two meshes, on one mesh by `contact`
-        ("pair", "fem", {"contact": "penalty"}, "coupling"),
+        ("meshed pair", "fem", {"contact": "penalty"}, "coupling"),
     ],
 )
 def test_an_option_that_does_nothing_is_refused_with_those_that_do(source, method, options, reads):
@@ -84,7 +86,7 @@ READ = [
     ("paraboloid", "reduced", {"rule": "half_radius", "stress": "local", "edges": "nodal"}),
     ("friction-rough", "reduced", {"edges": "nodal", "line_points": 4096}),
     ("pair", "fem", {"coupling": "node_to_surface"}),
-    ("pair", "fem", {"coupling": "effective_modulus", "contact": "penalty"}),
+    ("pair", "fem", {"contact": "penalty"}),
     ("pair", "mca", {"coupling": "automata"}),
     ("paraboloid", "fem", {"mesh": "repeating"}),  # a default that is written down
 ]
