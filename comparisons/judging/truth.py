@@ -91,7 +91,7 @@ class Truth:
 
         Curves are (k,), or (m, k) of several realisations. At the other load than the prescribed
         one the truth is interpolated. Where no equilibrium exists, to say so (`apart`, (k,)) is
-        right, and where many do, any value is.
+        right, and where many do, any value is; zero is where the truth is zero, too.
         """
         if not (self.knows(name, curves) and (at == self.axis or self.knows(at, curves))):
             return np.full_like(curves.get(name, self.solution.converged[0]), np.nan, dtype=float)
@@ -99,6 +99,7 @@ class Truth:
             error = relative_error(curves[name], self.curves[name], path=self.path)
             right = apart & self.solution.valueless_steps
             right = right | (self.solution.undetermined.all(axis=0) & np.isfinite(curves[name]))
+            right = right | ((curves[name] == 0) & (self.curves[name] == 0))
             return np.where(right & np.isfinite(error).any(), 0.0, error)
         true = at_equal(curves[at], self.curves[at], self.curves[name])
         return relative_error(curves[name], true)

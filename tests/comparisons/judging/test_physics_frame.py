@@ -13,6 +13,7 @@ from comparisons.methods.registry import SOLVERS, solver_for
 from comparisons.questions.study import Study, solved_in_memory
 from comparisons.results.scene_record import record_scene
 from comparisons.results.store import load_study
+from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene
 
@@ -192,3 +193,27 @@ def test_sizes_along_a_path_leave_unknown_steps_unknown():
     assert error[0] == 0.25
     assert math.isnan(error[1])
     assert error[2] == -0.25
+
+
+@pytest.mark.parametrize(
+    ("creeps", "name"),
+    [
+        # slip all over from a creep of 0.2 % on: nothing sticks
+        ({"creep": [0.001, 0.1]}, "stick_area"),
+        ({"creep": 0.001, "lateral_creep": [0.0, 0.001]}, "lateral_force"),
+    ],
+)
+def test_a_step_at_which_all_answers_are_zero_is_right(creeps, name):
+    """The other step is judged, and decides; both errors are beside it in the rows."""
+    asked = {"rolling": creeps, "compare.quantities": [name, "traction"]}
+    asked |= {"compare.methods": ["reduced", "bem_fft"], "compare.resolutions": [6, 9, 12]}
+    (plan,) = plan_scene(load_scene("rolling-ball", asked | {"compare.tolerance": 0.9}))
+    record = record_scene(plan, solved_in_memory(plan, "quick")[1])
+    (verdict,) = (
+        v for v in record.verdicts if (v.method, v.resolution, v.quantity) == ("reduced", 12, name)
+    )
+    assert (verdict.word, verdict.lacking) == ("within", "")
+    rows = record.setting_rows("reduced", 12)
+    (zero,) = np.flatnonzero(rows[name] == 0)
+    assert rows[f"error_{name}"][zero] == 0 != verdict.error
+    assert verdict.step == 1 - zero
