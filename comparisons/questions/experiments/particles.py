@@ -109,7 +109,7 @@ def particle_plastic(
     """
     numbers = (2, 3) if effort == "quick" else (4, 5)
     exact = 1.03 * depth**1.425 if depth <= 6 else 1.40 * depth**1.263
-    forces = []  # F/F_y, by three steps from the depth of first yield
+    forces = []  # F/F_y
     nu = 0.3
     effective = 1 / (1 - nu**2)
     for number in numbers:
@@ -119,8 +119,8 @@ def particle_plastic(
         material = PlasticMaterial(Material(1.0, nu), limit)
         body = PlasticHalfSpace(Domain((1.7 * number,) * 2, 2.5 * number), material)
         gap = (body.points**2).sum(axis=1) / (2 * radius)
-        *_, last = body.walk(gap, LoadPath("penetration", first * np.geomspace(1, depth, 4)))
-        forces.append(last.force / float(paraboloid(radius, effective).force(first)))
+        (contact,) = body.walk(gap, LoadPath("penetration", [0.1 * number]))
+        forces.append(contact.force / float(paraboloid(radius, effective).force(first)))
     elastic = depth**1.5
     details = {
         "automata per radius of the elastic contact": float(numbers[-1]),
