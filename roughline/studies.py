@@ -16,7 +16,7 @@ from comparisons.questions import study
 from comparisons.questions.campaign import Campaign
 from comparisons.results import run_comparison
 from comparisons.results.finding import methods_of
-from comparisons.results.folder import held
+from comparisons.results.folder import PAGE, held
 from comparisons.results.record import StudyRecord
 from comparisons.results.run_comparison import MOVED, SAME, SLOWER, Change, RunComparison
 from comparisons.results.store import load_study
@@ -88,7 +88,7 @@ class Results:
         """Write the report, one HTML file that opens offline, and return its path."""
         from reports.pages.study import write_report
 
-        path = self.folder / "report.html"
+        path = self.folder / PAGE
         with held(self.folder):
             write_report(self.record, path, pictures=pictures)
         return path

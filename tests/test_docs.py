@@ -111,11 +111,11 @@ def test_every_room_is_on_the_map_of_the_code_and_no_other():
         assert re.search(rf"\b(def|class|function|const) {name}\b", text), f"{path}: {name}"
 
 
-def test_the_page_of_nine_files_names_what_they_define_and_its_example_runs():
+def test_the_way_of_a_scene_names_what_its_files_define_and_its_example_runs():
     page = ROOT / "docs" / "reading.md"
-    row = r"^\| \d \| `([\w/]+\.py)` \| (.*?) \|"
+    row = r"^\| \d+ \| `([\w/]+\.py)` \| (.*?) \|"
     files = re.findall(row, page.read_text(encoding="utf-8"), re.MULTILINE)
-    assert len(files) == 9
+    assert len(files) > 9
     length = 0
     for path, named in files:
         defined = {

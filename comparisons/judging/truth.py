@@ -313,11 +313,11 @@ def choose_truth(solved: Solved, axis: str, quantities: tuple[str, ...]) -> Trut
 
 def truths(solved: Solved, axis: str) -> list[Truth]:
     """Return every 3-D method's finest solution as a candidate, in order of preference."""
-    candidates = (solution_of(solved, name, axis) for name in leading(METHODS))
+    candidates = (candidate(solved, name, axis) for name in leading(METHODS))
     return [truth for truth in candidates if truth is not None]
 
 
-def solution_of(solved: Solved, method: str, axis: str) -> Truth | None:
+def candidate(solved: Solved, method: str, axis: str) -> Truth | None:
     """Return the finest solution of a named method with its bars; None where it has none."""
     levels = Levels.of(solved, method)
     resolution = levels.finest

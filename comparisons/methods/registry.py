@@ -107,7 +107,7 @@ def concerned(scene: Scene) -> list[str]:
     ]
 
 
-def solver_of(task: Task) -> Solver[Any]:
+def planned_solver(task: Task) -> Solver[Any]:
     """Return the solver of a task that was planned."""
     load(task.scene.physics)
     return _maker(task.method, task.scene).planned(task.scene)

@@ -19,7 +19,7 @@ import pandas as pd
 from comparisons.errors import InputError, ResultsError
 from comparisons.facts.quantities import DISTRIBUTIONS, FIELDS
 from comparisons.machine import source_digest
-from comparisons.methods.registry import solver_of
+from comparisons.methods.registry import planned_solver
 from comparisons.questions.campaign import WHOLE, Campaign, Options, Part
 from comparisons.results import ensemble_folder as bundles
 from comparisons.results.folder import Header, Layout, Run
@@ -87,7 +87,7 @@ class Ensemble(Campaign[list[bundles.Bundle], bundles.EnsembleResult]):
         kept = list(
             bundles.survey(self.directory / bundles.SURFACES).get(identity(task), {}).values()
         )
-        block = solver_of(task).block(task.resolution)
+        block = planned_solver(task).block(task.resolution)
         if not kept and self.surfaces:
             pilot = bundle_job(task, self.surfaces[: -(-block // PILOT)])
             done = yield [pilot]
@@ -194,7 +194,7 @@ _BYTES = 4 * 8 * 20
 
 def bundle_job(task: Task, surfaces: range) -> Job:
     """Return the solve of consecutive surfaces, of which `task` is any one's, as a job."""
-    solver = solver_of(task)
+    solver = planned_solver(task)
     block = tuple(surfaces[: solver.block(task.resolution)])
     memory = solver.memory(replace(task, realisations=block))
     memory += _BYTES * len(surfaces) * len(task.loads.values)
@@ -207,7 +207,7 @@ def bundle_job(task: Task, surfaces: range) -> Job:
 
 def solve_bundle(task: Task, identity: str, surfaces: range) -> bundles.Bundle:
     """Solve the surfaces block by block, each once, and keep their curves only."""
-    solver = solver_of(task)
+    solver = planned_solver(task)
     compilation = compile_apart(task) + warm_up(solver, task)
     size = solver.block(task.resolution)
     parts: list[Solution] = []

@@ -67,12 +67,15 @@ class Study(Campaign[None, StudyRecord]):
         self._own: dict[str, Task] = {}  # tasks of this part that were asked for
 
     def inquiries(self) -> dict[str, Inquiry[None]]:
-        """Return one inquiry per plan; completed plans are refined while others are solved."""
+        """Return one inquiry per plan; completed plans are refined while others are solved.
+
+        An inquiry only says what to solve next: the solutions come by `received`.
+        """
         self._begun = True
         names = [plan.scene.name for plan in self.plans]
-        return {name: self._solved(index) for index, name in enumerate(names)}
+        return {name: self._inquiry(index) for index, name in enumerate(names)}
 
-    def _solved(self, index: int) -> Inquiry[None]:
+    def _inquiry(self, index: int) -> Inquiry[None]:
         """Solve a plan: its first surfaces, as many as these ask for, finer grids at full effort.
 
         Every part of a study solves the first surfaces, so that all choose the same numbers.

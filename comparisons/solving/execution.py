@@ -29,7 +29,7 @@ from comparisons.facts.methods import METHODS
 from comparisons.geometry.prepare import RoughGeometry
 from comparisons.isolation import parent
 from comparisons.machine import machine, machine_text, source_digest, versions
-from comparisons.methods.registry import solver_of
+from comparisons.methods.registry import planned_solver
 from comparisons.methods.runner import in_words, run
 from comparisons.methods.solver import Solver
 from comparisons.methods.user.external import add_announced
@@ -61,7 +61,7 @@ def execute(task: Task, repeats: int | None = None) -> Solution:
     """
     most = REPEATS if repeats is None else repeats
     try:
-        solver = solver_of(task)
+        solver = planned_solver(task)
         if METHODS[task.method].isolated:
             solution = _solve(solver, task)
             _add_fields(task, solution)

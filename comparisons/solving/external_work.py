@@ -53,7 +53,7 @@ def solve(source: str, name: str, task: Task) -> dict[str, Any]:
     """Return the solution of a task, with its times taken here, on warm code."""
     method = _method(source, name)
     registry.add_class(method)
-    refused = registry.solver_of(task).refusal(task)
+    refused = registry.planned_solver(task).refusal(task)
     if refused:
         raise ValueError(refused)
     return arrays_of(execute(task))

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from comparisons.errors import LostWorkError, ResultsError
-from comparisons.methods.registry import solver_of
+from comparisons.methods.registry import planned_solver
 from comparisons.solving.execution import execute
 from comparisons.solving.jobs import (
     Archive,
@@ -225,7 +225,7 @@ SOLUTION = Archive(
 
 def solve_job(task: Task, work: Callable[[Task], Any]) -> Job:
     """Return a solve as a job of a campaign."""
-    memory = solver_of(task).memory(task)
+    memory = planned_solver(task).memory(task)
     return Job(task.key, work, (task,), memory, Kind.of(task), SOLUTION)
 
 

@@ -27,6 +27,7 @@ from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHI
 from comparisons.questions.claims.record import RECORD, load_claims_record
 from comparisons.results.advice import ITSELF, Advice, Setting, advise, truth_known_to
 from comparisons.results.finding import answers, family, largest_error, methods_of, symbol, unjudged
+from comparisons.results.folder import PAGE
 from comparisons.results.record import SceneRecord, StudyRecord, title_in
 from reports.pages.page import render
 from reports.pictures import NOTHING, Picture
@@ -150,7 +151,7 @@ def claims_beside(directory: Path) -> SimpleNamespace | None:
         record = load_claims_record(folder)
     except ResultsError:
         return None
-    page = folder / "report.html"
+    page = folder / PAGE
     link = Path(os.path.relpath(page, directory.resolve())).as_posix() if page.exists() else ""
     return SimpleNamespace(record=record, page=link, figures=list(map(evidence, record.claims)))
 

@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from comparisons.results.record import StudyRecord
     from comparisons.solving.plan import Effort, Plan
 
-PAGE = "report.html"
 # Usual seconds of the report when all is solved, and those of each scene: as `Usual` measured.
 REPORT, OF_SCENE = 0.8, 0.5
 
@@ -207,6 +206,7 @@ def _write_page(directory: Path, pictures: bool, static: bool = False) -> list[P
         from comparisons.files import write_text
         from comparisons.questions.claims.record import RECORD, load_claims_record
         from comparisons.questions.hard_cases import case as hard
+        from comparisons.results.folder import PAGE
         from reports.pages.claims import claims_page
         from reports.pages.hard_cases import hard_cases_page
 
@@ -224,6 +224,7 @@ def _write_page(directory: Path, pictures: bool, static: bool = False) -> list[P
 
 
 def _write_study(record: StudyRecord, pictures: bool, static: bool) -> list[Path]:
+    from comparisons.results.folder import PAGE
     from reports.pages.study import write_report
 
     path = record.directory / PAGE

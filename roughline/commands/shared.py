@@ -267,7 +267,7 @@ def merge(
     from comparisons.questions.merging import merge as merged
     from comparisons.questions.merging import merge_ensembles
     from comparisons.results.ensemble_folder import RECORD
-    from comparisons.results.folder import held
+    from comparisons.results.folder import PAGE, held
     from comparisons.results.store import load_study
     from reports.pages.study import write_report
     from roughline.commands import terminal
@@ -281,7 +281,7 @@ def merge(
     with held(out):
         study = merged(runs, out, command, files)
         record = load_study(out)
-        write_report(record, out / "report.html", pictures=pictures)
+        write_report(record, out / PAGE, pictures=pictures)
     lost = study.lost()
     terminal.print_study(record, lost, verbose=verbose)
     return FAILED if lost else FINE

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 from rich.text import Text
 
+from comparisons.results.folder import PAGE
 from reports.tables.written import drawn
 from roughline.commands import printable
 from roughline.commands.progress import COMPILED, compiled
@@ -168,7 +169,7 @@ def print_study(
     proved = [known for scene in record.scenes if (known := scene.reference.proved)]
     if proved:
         console.print(tally(proved))
-    console.print_path(record.directory / "report.html", record.seconds)
+    console.print_path(record.directory / PAGE, record.seconds)
 
 
 def print_ensemble(result: EnsembleResult, directory: Path) -> None:

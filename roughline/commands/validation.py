@@ -63,7 +63,7 @@ def claims(
     from comparisons.questions.claims.record import STORED, load_claims_record
     from comparisons.questions.claims.runner import ClaimRun
     from comparisons.questions.claims.runner import stale as stale_claims
-    from comparisons.results.folder import held
+    from comparisons.results.folder import PAGE, held
     from reports.pages.claims import claims_page
     from roughline.commands import terminal
     from roughline.commands.progress import watched
@@ -82,7 +82,7 @@ def claims(
         record = record.model_copy(
             update={"claims": [claim for claim in record.claims if claim.id in names]}
         )
-        page = (out or DEFAULT_FOLDER / "claims-stored") / "report.html"
+        page = (out or DEFAULT_FOLDER / "claims-stored") / PAGE
         write_text(page, claims_page(record))
         terminal.print_claims(record, page, "the stored run of all claims took ")
         return FINE
@@ -99,7 +99,7 @@ def claims(
         resume=resume or (out is None and not overwrite),
         overwrite=overwrite,
     )
-    page = directory / "report.html"
+    page = directory / PAGE
     with held(directory):
         record = watched(run, lambda: write_text(page, claims_page(load_claims_record(directory))))
         write_text(page, claims_page(record))

@@ -24,7 +24,7 @@ from comparisons.judging.metrics import rms_and_maximum
 from comparisons.machine import free_memory
 from comparisons.methods import runner
 from comparisons.methods.fem.step import bytes_of_elimination
-from comparisons.methods.registry import solver_of
+from comparisons.methods.registry import planned_solver
 from comparisons.questions.benchmarks.yardstick import Measurement, growth, interleaved, measurement
 from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import peak_memory
@@ -256,7 +256,7 @@ def _peer_seconds(peer: str, bound: float) -> tuple[float, float, int] | str:
     for level in planned.resolutions:
         start = time.process_time()
         task = task_of(plan, peer, level)
-        solution = runner.run(solver_of(task), task)
+        solution = runner.run(planned_solver(task), task)
         # a peer measures its time itself, in its separate process
         timed = np.isfinite(solution.seconds)
         spent = solution.seconds if timed else time.process_time() - start

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from comparisons.files import read_toml
 from comparisons.isolation import parent
-from comparisons.methods.registry import solver_of
+from comparisons.methods.registry import planned_solver
 from comparisons.questions.benchmarks.yardstick import Measurement
 from comparisons.scene.scene import Scene, load_scene
 from comparisons.solving.execution import execute
@@ -74,5 +74,5 @@ def expected_and_taken(*case: Any) -> dict[str, list[list[float]]]:
         _, solution = execute(task, 1), execute(task, 1)
         if not solution.converged.all():
             raise RuntimeError(f"{described.title}, {resolution}: no answer")
-        measured.append([solver_of(task).memory(task), solution.memory, solution.seconds])
+        measured.append([planned_solver(task).memory(task), solution.memory, solution.seconds])
     return {"memory": measured}

@@ -16,7 +16,7 @@ from comparisons.judging.fields import field_measures
 from comparisons.judging.levels import Levels
 from comparisons.judging.metrics import relative_error, rms_and_maximum
 from comparisons.judging.refinement import SHARE, refinements
-from comparisons.judging.truth import Sources, Truth, choose_truth, solution_of
+from comparisons.judging.truth import Sources, Truth, candidate, choose_truth
 from comparisons.judging.uncertainty import combined
 from comparisons.judging.verdicts import OUTSIDE, WITHIN, judged, severity
 from comparisons.methods.registry import solver_for
@@ -178,7 +178,7 @@ def _measure_apart(
 def _truth(side: Side, plan: Plan, solved: Solved) -> Truth | None:
     """Return the solution that a side is: of its method, else of the best reference."""
     if side.method is not None:
-        return solution_of(solved, side.method, plan.loads.axis)
+        return candidate(solved, side.method, plan.loads.axis)
     return choose_truth(solved, plan.loads.axis, plan.compared)
 
 

@@ -11,7 +11,7 @@ import pytest
 from comparisons.facts.quantities import quantity
 from comparisons.geometry.prepare import prepare
 from comparisons.methods.normal import grid as blocks
-from comparisons.methods.registry import solver_for, solver_of
+from comparisons.methods.registry import planned_solver, solver_for
 from comparisons.questions.single import solve_scene
 from comparisons.scene.fields import NUMBER, SceneTable, WithUnit, dimension_of
 from comparisons.scene.loading import LoadRange
@@ -289,9 +289,9 @@ def test_large_meshes_are_iterated_unless_nearly_incompressible(
     """Above nu = 0.499 steps come near their limit; the plan has the memory of what is chosen."""
     plan = plan_scene(load_scene("paraboloid", {"half_space.poisson_ratio": poisson_ratio}))[0]
     task = task_of(plan, "fem", 4)
-    eliminated = solver_of(task).memory(task)
+    eliminated = planned_solver(task).memory(task)
     monkeypatch.setattr("comparisons.methods.fem.indenter.MOST_CONDENSED", 0)
-    assert (solver_of(task).memory(task) != eliminated) == iterated
+    assert (planned_solver(task).memory(task) != eliminated) == iterated
 
 
 @pytest.mark.parametrize(

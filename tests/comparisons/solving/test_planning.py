@@ -8,7 +8,7 @@ import pytest
 
 from comparisons import formatting as fmt
 from comparisons.geometry.prepare import RoughGeometry
-from comparisons.methods.registry import concerned, solver_for, solver_of
+from comparisons.methods.registry import concerned, planned_solver, solver_for
 from comparisons.scene.scene import SceneError, load_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import QUICK_REALISATIONS, task_of
@@ -116,7 +116,7 @@ def test_memory_is_that_of_a_whole_block_of_realisations(rough, monkeypatch):
     """7 lines of 2^17 points are held at once: one would fit where the block does not."""
     lines = rough(compare={"resolutions": [2**16]})
     task = task_of(plan_scene(lines)[0], "reduced", 2**16, tuple(range(7)))
-    need = solver_of(task).memory(task)
+    need = planned_solver(task).memory(task)
     monkeypatch.setattr(psutil, "virtual_memory", lambda: SimpleNamespace(available=need))
     plan = planned(lines, "reduced", "full")
     assert not plan.supported
@@ -128,7 +128,7 @@ def test_a_fallback_that_would_not_fit_is_told(rough, monkeypatch):
     fine = rough(points=1024, compare={"resolutions": [1024]})
     task = task_of(plan_scene(fine)[0], "bem_fft", 1024, (0,))
     for room, told in ((1.3, True), (1.7, False)):
-        available = room * solver_of(task).memory(task) / 0.8
+        available = room * planned_solver(task).memory(task) / 0.8
         monkeypatch.setattr(
             psutil, "virtual_memory", lambda free=available: SimpleNamespace(available=free)
         )

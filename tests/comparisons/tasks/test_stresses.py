@@ -7,7 +7,7 @@ import pytest
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
 from comparisons.facts.quantities.rows import HALF_AXES
-from comparisons.judging.truth import solution_of
+from comparisons.judging.truth import candidate
 from comparisons.methods.normal import grid
 from comparisons.results.record import field_problems
 from comparisons.solving.execution import execute
@@ -112,7 +112,7 @@ def closed_form(scene, **tables):
     asked = {"quantities": ["pressure_peak", *INSIDE]}
     (plan,) = plan_scene(scene(loading={"penetration": 1e-6}, compare=asked, **tables))
     solution = execute(task_of(plan, "closed_form", 1), 1)
-    truth = solution_of({("closed_form", 1): solution}, "closed_form", "penetration")
+    truth = candidate({("closed_form", 1): solution}, "closed_form", "penetration")
     return {name: (truth.curves[name][0], truth.bar(name)[0]) for name in asked["quantities"]}
 
 
