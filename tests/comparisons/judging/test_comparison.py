@@ -217,6 +217,17 @@ def test_ensembles_have_rows_of_means_with_standard_errors(rough):
         1.5e-14 * np.array([1.0, np.sqrt(7.0)]) / np.sqrt(3),  # variances 1 and 7
         rtol=1e-12,
     )
+    # of a single surface eight digits, of its error five; of a mean all
+    third = scaled(quantities, contact_area=1 / 3)
+    rounded = compare(
+        plan, {("bem_fft", 16): solution(quantities), ("reduced", 64): solution(third)}
+    )
+    rows = rows_of(rounded, "reduced")
+    single, mean_of_all = rows.iloc[0], rows.iloc[-2]
+    assert single["contact_area"] == 3.3333333e-15
+    assert single["error_contact_area"] == -0.83333  # 1/6 of the mean of the truth
+    assert mean_of_all["contact_area"] == pytest.approx(2e-14 / 3, rel=1e-15)
+    assert mean_of_all["error_contact_area"] == pytest.approx(-2 / 3, rel=1e-15)
     # The error of the mean is the ratio of means, not the mean of ratios.
     np.testing.assert_allclose(mean["error_contact_area"], 0.5, rtol=1e-12)
     assert rows_of(result, "reduced").iloc[:-2]["stderr_contact_area"].isna().all()

@@ -118,6 +118,19 @@ def test_no_scatter_asks_for_no_more_than_the_first_surfaces(first):
     np.testing.assert_array_equal(scatter, 0.0)
 
 
+def test_a_quantity_that_one_grid_lacks_chooses_no_numbers(first):
+    """There is no difference between grids to know; the others choose."""
+    plan, solved = first(scatter=0.07)
+    expected_numbers = numbers(enlarged(plan, solved, "quick"))
+    coarsest = min(n for method, n in solved if method == "bem_fft")
+    for (method, n), solution in solved.items():
+        if method == "bem_fft":  # wild, where it is at all
+            solution.quantities["stiffness"] = 5 * solution.quantities["stiffness"] - 4
+        if (method, n) == ("bem_fft", coarsest):
+            del solution.quantities["stiffness"]
+    assert numbers(enlarged(plan, solved, "quick")) == expected_numbers
+
+
 def test_a_mean_of_zeros_does_not_scatter(first):
     """The gap of lines that are all closed: its error of -100 % is no question of a bar."""
     _, solved = first()

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from scipy import special
 
 from comparisons.judging.fields import distance, field_measures
 from comparisons.judging.truth import choose_truth
@@ -285,6 +286,35 @@ def test_the_distance_is_the_mean_difference_of_values_of_equal_rank():
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("scattered", ["bem_fft", "reduced"])
+def test_the_bar_of_a_distribution_has_the_scatter_of_surfaces_and_of_lines(patch, scattered):
+    """Of those that are alike there is none; n samples x_i of a mean by Student's t.
+
+    Sizes c in one bin or the other: the distance from the mean is the share that moves, times the
+    width of a bin over the mean of the sizes.
+    """
+    name = "contact_sizes"
+    (plan,) = plan_scene(patch())
+    bins = edges(name, plan.scene, plan.geometry)
+    places = np.array([3, 4, 4, 3, 4])
+    solved = {}
+    for method, levels in (("bem_fft", (16, 32)), ("reduced", (64,))):
+        own = places if method == scattered else np.full(5, 4)
+        for n in levels:
+            task = task_of(plan, method, n, tuple(range(5)))
+            solved[method, n] = Solution.of(task, {"penetration": 1e-9, "force": 1.0})
+            for row, place in enumerate(own):
+                counts = np.eye(len(bins) - 1)[place]
+                solved[method, n].put_distributions(row, {name: counts})
+    truth = choose_truth(solved, plan.loads.axis, ("force",))
+    assert truth.method == "bem_fft"
+    ((_, _, bar),) = field_measures(plan, solved, "reduced", 64, truth)
+    moved = (bins[5] - bins[3]) / 2  # of the middle of a bin to that of the next
+    share = np.std(places, ddof=1) / np.sqrt(5)  # of a mean share
+    alone = np.array([bins[k : k + 2].mean() for k in places]).mean()
+    assert bar == pytest.approx(special.stdtrit(4, 0.975) * share * moved / alone, rel=1e-9)
+
+
 def test_distributions_reach_json_tables_and_report(patch, tmp_path):
     """What is asked for is measured, judged, kept and drawn: for surfaces, lines and theories."""
     compare = {

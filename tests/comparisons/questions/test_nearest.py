@@ -108,6 +108,22 @@ def test_what_stood_still_is_what_the_files_of_claims_state(claim):
         assert own[name] == (made if isinstance(made, str) else pytest.approx(made, rel=1e-9))
 
 
+@pytest.mark.parametrize(
+    ("claim", "name", "changes"),
+    [
+        ("rough-area-smooth", "rough-free", {"surface.short_cutoff": "0.125 um"}),
+        ("rolling-curve-springs", "rolling-ball", {"rolling.creep": 5e-5}),
+    ],
+)
+def test_a_claim_stands_where_its_own_scene_does_whatever_its_unit(claim, name, changes):
+    """8 spacings of 1/64 um on 1 um are 1/8; 0.005 % of the creep of full slip, 1.066 %."""
+    load = {"force": {"value": 0.01, "relative_to": "E* A0 h'"}}
+    loading = {"loading": load} if name == "rough-free" else {}
+    stands = places(*prepared(load_scene(name, changes | loading)))[claim][0]
+    points = [point.place for point in measured(claim).row]
+    assert min(np.abs(np.array(points) / stands - 1)) < 1e-9
+
+
 def test_a_claim_along_the_scenes_own_parameter_decides():
     """H = 0.7 at F = 0.01 E* A0 h' was measured; at other loads, and at H = 0.8, loads were."""
     for load, hurst, claim in ((0.01, 0.7, "-hurst"), (0.01, 0.8, ""), (0.0316, 0.7, "")):

@@ -260,6 +260,16 @@ def test_first_surfaces_are_whole_tasks_that_cover_them_once(rough):
     assert [len(block) for block in few.blocks("bem_fft", grid.resolutions[0])] == [25, 5]
 
 
+def test_the_tasks_of_a_setting_are_its_blocks_and_the_first_has_the_body(rough):
+    (plan, *_) = plan_scene(rough(realisations=1000))
+    for with_body in (False, True):
+        tasks = plan.tasks_at("bem_fft", 16, with_body=with_body)
+        assert [task.realisations for task in tasks] == plan.blocks("bem_fft", 16)
+        assert {(task.method, task.resolution) for task in tasks} == {("bem_fft", 16)}
+        assert [task.with_body for task in tasks] == [with_body] + [False] * (len(tasks) - 1)
+    assert len(tasks) > 1
+
+
 def test_lines_are_as_many_as_one_task_holds_whatever_the_surfaces(rough, map_scene):
     for scene in (rough(realisations=1), rough(realisations=1000), map_scene(realisations=30)):
         (plan, *_) = plan_scene(scene)

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from comparisons.errors import InputError
+from comparisons.methods.normal import proved as proofs
 from comparisons.methods.normal.proved import enclosures
 from comparisons.questions.single import solve_scene
 from comparisons.scene.scene import load_scene
 from comparisons.solving.planning import plan_scene
-from reference.bounds.interval import inverse
+from reference.bounds.interval import Interval, inverse
 
 FORCE = {"force": {"values": [0.05], "relative_to": "E* A0 h'"}}
 
@@ -55,6 +56,59 @@ def test_a_load_at_which_nothing_is_proved_leaves_the_others_theirs(proved):
     sides = enclosures(plan.scene, plan.geometry, plan.loads)
     assert np.isnan([sides["force_lower"][0], sides["force_upper"][0]]).all()
     assert 0 < sides["force_lower"][1] < sides["force_upper"][1]
+
+
+class Sampled:
+    """Bounds without width, which hand back depth, load and pressure as they are asked for them."""
+
+    top = 0.0
+
+    def __init__(self, *_):
+        pass
+
+    def mean_pressure(self, depth, _):
+        return Interval(depth, depth)
+
+    force = mean_pressure
+
+    def penetration(self, load, _):
+        return Interval(load, load)
+
+    def stored(self, mean, depth, _):
+        return depth
+
+    def energy(self, depth, _):
+        return depth
+
+    def stiffness(self, *arguments):
+        return arguments[0]  # the mean pressure of a period, the depth of a patch
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+def test_depths_of_bounds_count_from_their_highest_sample(proved, periodic, monkeypatch):
+    """Of the scene from the top of the surface, which lies above it."""
+    (plan,) = plan_scene(proved(periodic=periodic, loading=FORCE))
+    higher, area = 2e-9, plan.geometry.area
+    highest = plan.geometry.top(0) - plan.geometry.heights(0, 4).mean()
+    monkeypatch.setattr(Sampled, "top", highest - higher)
+    monkeypatch.setattr(proofs, "PeriodicSurface" if periodic else "Patch", Sampled)
+    proof = proofs.proof_of(plan.scene, plan.geometry)
+    per = area if periodic else 1.0
+    deep = proof.force(5e-9)
+    np.testing.assert_allclose((deep.lower / per, deep.upper / per), 3e-9, rtol=1e-6)
+    # what is short of the sample is not proved to touch, and bears less than what touches deeper
+    short = proof.force(1e-9)
+    assert (short.lower, short.upper / per) == (0.0, pytest.approx(1e-9, rel=1e-6))
+    back = proof.penetration(3e-9 * per)
+    np.testing.assert_allclose((back.lower, back.upper), 5e-9, rtol=1e-6)
+    depth, load = Interval(5e-9, 6e-9), Interval(3e-9 * area, 4e-9 * area)
+    energy = proof.energy(depth, load)
+    np.testing.assert_allclose((energy.lower / per, energy.upper / per), (3e-9, 4e-9), rtol=1e-6)
+    stiffness = proof.stiffness(depth, load)
+    np.testing.assert_allclose(stiffness.lower / per, 3e-9, rtol=1e-6)
+    for quantity in (proof.energy, proof.stiffness):
+        with pytest.raises(ArithmeticError, match="not proved to touch"):
+            quantity(Interval(1e-9, 6e-9), load)
 
 
 def test_an_energy_that_underflows_is_not_enclosed():
