@@ -26,6 +26,7 @@ from comparisons.questions.claims.parameters import (
     Name,
     Names,
     Nuisance,
+    Place,
     Premise,
     Prose,
     Side,
@@ -51,16 +52,6 @@ _SET_BY = {
     "compare.tolerance": "tolerance",
     "compare.methods": "method",
 }
-
-
-class Place(SceneTable):
-    """Where the points of a claim stand among the numbers of scenes."""
-
-    along: Name | None = None
-    parameter: Prose | None = None  # in words, if not that of the claim
-    unit: Positive = 1.0  # by which the claim's parameter is divided
-    quantity: tuple[Name, ...] = ()  # if not that of the claim
-    tolerance: Positive | None = None  # of the one claim of a family that stands for all
 
 
 class Claim(SceneTable):

@@ -24,6 +24,7 @@ from comparisons.facts.quantities import quantity
 from comparisons.geometry.plausibility import STEEPEST
 from comparisons.judging.verdicts import NOT_RESOLVED, OUTSIDE, WITHIN, WORST_FIRST, judged
 from comparisons.questions.claims.families import HERE, Keys, builtin_claims
+from comparisons.questions.claims.parameters import Place
 from comparisons.questions.claims.record import HOLDS, ClaimRecord, PointRecord, stored
 from comparisons.results.record import SceneRecord
 from comparisons.scene.indenters.not_round import EllipticPunch, RightAngledPunch
@@ -307,31 +308,30 @@ def in_words(answers: list[Nearest], tolerance: float) -> str:
 
 
 @cache
-def claimed() -> Mapping[str, Keys]:
-    """Return the claims whose parameter is a number of scenes: those with a `nearest`.
+def claimed() -> Mapping[str, tuple[str, Place, Keys]]:
+    """Return along what the claims with a `nearest` were measured, their places and keys.
 
     Of those that share their measurements the one with its `tolerance`.
     """
-    return {
-        name: keys
-        for name, keys in builtin_claims().items()
-        if "along" in (place := keys.get("nearest", {}))
-        and keys["tolerance"] == place.get("tolerance", keys["tolerance"])
-    }
+    found = {}
+    for name, keys in builtin_claims().items():
+        place = Place.model_validate(keys.get("nearest", {}))
+        if place.along is not None and place.tolerance in (None, keys["tolerance"]):
+            found[name] = place.along, place, keys
+    return found
 
 
 def fixed(name: str) -> Values:
     """Return what stood still while a claim was measured, by its symbol."""
-    keys = claimed()[name]
-    return {k: v for k, v in keys.get("fixed", {}).items() if k != keys["nearest"]["along"]}
+    along, _, keys = claimed()[name]
+    return {k: v for k, v in keys.get("fixed", {}).items() if k != along}
 
 
 @cache
 def measured(name: str) -> Measured:
     """Return what was measured of a claim that comes with the package, in the units of `places`."""
-    claim, keys = stored()[name], claimed()[name]
-    place = keys["nearest"]
-    names = place.get("quantity") or keys["quantity"]
+    claim, (along, place, keys) = stored()[name], claimed()[name]
+    names = place.quantity or keys["quantity"]
     made: list[tuple[PointRecord, float | None, Values]]
     made = [(point, point.parameter, {}) for point in claim.points]
     made += [
@@ -354,16 +354,16 @@ def measured(name: str) -> Measured:
                 values[key.split()[-1]] = float(value)  # its symbol
             else:
                 values[key] = value if type(value) is str else choices[key][int(value)]
-        points.append(Point(at / place.get("unit", 1.0), point.error, point.uncertainty, values))
+        points.append(Point(at / place.unit, point.error, point.uncertainty, values))
     return Measured(
         name,
         (names,) if isinstance(names, str) else tuple(names),
-        place.get("parameter", claim.parameter),
+        place.parameter or claim.parameter,
         claim.spacing,
         claim.tolerance,
         tuple(points),
         claim.verdict == HOLDS and bool(claim.theorem),
-        UNTIL.get(place["along"], np.inf),
+        UNTIL.get(along, np.inf),
     )
 
 
@@ -380,8 +380,8 @@ def places(scene: Scene, loads: AbsoluteLoads, unit: float) -> dict[str, Stretch
     found = _numbers(scene, loads, unit)
     return {
         name: (float(np.min(found[along])), float(np.max(found[along])))
-        for name, keys in claimed().items()
-        if (along := keys["nearest"]["along"]) in found
+        for name, (along, _, _) in claimed().items()
+        if along in found
     }
 
 

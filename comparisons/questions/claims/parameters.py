@@ -12,6 +12,7 @@ from comparisons.facts.quantities import quantity
 from comparisons.scene.fields import (
     Finite,
     KnownMethod,
+    Positive,
     SceneTable,
     dimension_of,
     fail,
@@ -33,6 +34,16 @@ Name = Annotated[str, Field(min_length=1, max_length=200)]
 Prose = Annotated[str, Field(min_length=1, max_length=2000)]
 Names = Annotated[tuple[Name, ...], BeforeValidator(_listed), Field(min_length=1)]
 Choice = bool | float | str
+
+
+class Place(SceneTable):
+    """Where the points of a claim stand among the numbers of scenes."""
+
+    along: Name | None = None
+    parameter: Prose | None = None  # in words, if not that of the claim
+    unit: Positive = 1.0  # by which the claim's parameter is divided
+    quantity: tuple[Name, ...] = ()  # if not that of the claim
+    tolerance: Positive | None = None  # of the one claim of a family that stands for all
 
 
 class Side(SceneTable):
