@@ -16,6 +16,7 @@ from __future__ import annotations
 import ast
 import hashlib
 import json
+import math
 import shlex
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
@@ -62,8 +63,8 @@ from comparisons.questions.experiments import EXPERIMENTS, Measurement
 from comparisons.questions.experiments.experiment import Effort
 from comparisons.reasons import one_line
 from comparisons.results.folder import Header, Layout
-from comparisons.solving.inquiries import Inquiry, answer_of, together, value_of
-from comparisons.solving.jobs import Archive, Job, Kind
+from comparisons.solving.inquiries import A, Inquiry, answer_of, together, value_of
+from comparisons.solving.jobs import Archive, Done, Job, Kind
 
 MEASUREMENTS = "measurements"
 COPIED = {
@@ -303,7 +304,8 @@ def measured_under(claim: Claim, effort: Effort) -> Under:
         there = claim.under(setting)
 
         def measure(value: float | None) -> Inquiry[Measurement]:
-            measured = yield from _measured(there, value, effort)
+            measured, seconds = yield from priced(_measured(there, value, effort))
+            measured = replace(measured, seconds=seconds)
             return measured if claim.factor is None else as_factor(measured)
 
         return measure
@@ -317,7 +319,26 @@ def judge_claim(claim: Claim, effort: Effort) -> ClaimRecord:
 
 
 def judged_claim(claim: Claim, effort: Effort) -> Inquiry[ClaimRecord]:
-    """Request a claim's solves; return the verdict and measurements."""
+    """Request a claim's solves; return the verdict, measurements and what all of it took."""
+    record, seconds = yield from priced(_judged_claim(claim, effort))
+    return record.model_copy(update={"seconds": seconds})
+
+
+def priced(inquiry: Inquiry[A]) -> Inquiry[tuple[A, float]]:
+    """Return the answer of an inquiry and the seconds of its jobs, each counted once."""
+    seconds: dict[str, float] = {}
+    done: Mapping[str, Done] | None = None
+    while True:
+        try:
+            jobs = next(inquiry) if done is None else inquiry.send(done)
+        except StopIteration as end:
+            return end.value, math.fsum(seconds.values())
+        done = yield jobs
+        for job in jobs:  # what a method times itself is NaN where it has no answer
+            seconds[job.key] = float(np.nan_to_num(getattr(done[job.key].value, "seconds", 0.0)))
+
+
+def _judged_claim(claim: Claim, effort: Effort) -> Inquiry[ClaimRecord]:
     under = measured_under(claim, effort)
     points = yield from along(claim, under(claim.as_stated), effort)
     nuisances: Sequence[NuisanceRecord] = ()
@@ -369,7 +390,7 @@ def judged_claim(claim: Claim, effort: Effort) -> Inquiry[ClaimRecord]:
             if (text := point.details.get(DISAGREE))
         ],
         command=_repeats(claim, effort),
-        seconds=sum(point.seconds for point in measured),
+        seconds=0.0,
         effort=effort,
         digest=digest_of(claim) if effort == "full" else "",
     )

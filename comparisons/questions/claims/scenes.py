@@ -69,19 +69,17 @@ def measure_scene(
             if methods != last:
                 stages.insert(0, (replace(plan, methods=methods), safety))
             last = methods
-    seconds = 0.0
     for planned, safety in stages:
         if together:
             assert planned is not None
             found = yield from _measure_together(claim, value, effort, planned)
         else:
             found = yield from _measure_apart(claim, value, effort, planned, independent)
-        seconds += found.seconds
         told = judged(found.error, safety * found.uncertainty, claim.tolerance)
         disputed = safety > 1 and DISAGREE in found.details  # their bars are too small there
         if told.word in (WITHIN, OUTSIDE) and not disputed:
             break
-    return replace(found, seconds=seconds)
+    return found
 
 
 def _measure_together(
@@ -95,22 +93,21 @@ def _measure_together(
     if truth is not None and not _fixed(claim):
         solved = yield from _springs_refined(claim, plan, solved)
     judged_at = Levels.of(solved, claim.method).finest
-    seconds = float(np.nansum([solution.seconds for solution in solved.values()]))
     if truth is None or judged_at is None:
-        return _nothing(value, solved, seconds)
+        return _nothing(value, solved)
     measured = [_measured(claim, plan, solved, truth, name) for name in claim.quantity]
     error, bar, details = _deciding(measured, claim.tolerance)
     details |= {"truth": truth.label, "resolution": float(judged_at)}
     differing = truth.disagreements(plan.compared)
     if differing:
         details[DISAGREE] = " ".join(differing)
-    return Measurement(value, error, bar, details, seconds)
+    return Measurement(value, error, bar, details)
 
 
-def _nothing(value: float | None, solved: Solved, seconds: float) -> Measurement:
+def _nothing(value: float | None, solved: Solved) -> Measurement:
     reasons = [reason for s in solved.values() for reason in s.reasons.values()]
     details: dict[str, float | str] = {"no result": next(iter(reasons), "nothing was solved")}
-    return Measurement(value, np.nan, np.nan, details, seconds)
+    return Measurement(value, np.nan, np.nan, details)
 
 
 def _deciding(measured: list[Measured], tolerance: float) -> Measured:
@@ -124,7 +121,7 @@ def _measure_apart(
     """Measure a claim on two scenes, or a number for one of them."""
     known: list[dict[str, tuple[np.ndarray, Sources]]] = []
     details: dict[str, float | str] = {}
-    seconds, path = 0.0, False
+    path = False
     stated, true = claim.sides(value)
     for side, word in ((stated, "stated"), (true, "true")):
         if not side.solved:
@@ -140,10 +137,9 @@ def _measure_apart(
             solved = yield from _springs_refined(claim, plan, solved)
         elif side is true and effort == "full":
             plan, solved = yield from _truth_refined(plan, solved)
-        seconds += float(np.nansum([solution.seconds for solution in solved.values()]))
         found = _truth(side, plan, solved)
         if found is None:
-            return _nothing(value, solved, seconds)
+            return _nothing(value, solved)
         values: dict[str, tuple[np.ndarray, Sources]] = {}
         for name in claim.quantity:
             if not found.knows(name):
@@ -172,7 +168,7 @@ def _measure_apart(
         return error, bar, told
 
     error, bar, deciding = _deciding([compared(name) for name in claim.quantity], claim.tolerance)
-    return Measurement(value, error, bar, deciding | details, seconds)
+    return Measurement(value, error, bar, deciding | details)
 
 
 def _truth(side: Side, plan: Plan, solved: Solved) -> Truth | None:

@@ -1,5 +1,6 @@
 """Verdicts over what a statement leaves open: no choice that is not shown decides one."""
 
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -65,6 +66,29 @@ def test_a_claim_that_no_draw_confirms_holds_only_as_stated(monkeypatch):
     record = judge_claim(wide, "full")
     assert record.verdict == ONLY_AS_STATED
     assert record.differs
+
+
+def test_a_measurement_that_serves_twice_costs_once(monkeypatch):
+    """Along a nuisance parameter and in the rows of a map what is stated is measured again."""
+    claim = law(
+        monkeypatch,
+        lambda x, y, kind: 0.02 if y > EDGE else 0.0,
+        vary={"from": 1, "to": 2, "steps": 2},
+        map={"up": "y", "rows": 3},
+        draws=0,
+    )
+    asked = set()
+
+    def a_second(name, value, effort, parameters):
+        arguments = EXPERIMENTS[name].arguments(value, parameters)
+        asked.add(tuple(sorted(arguments.items())))
+        return replace(EXPERIMENTS[name].measure(value, effort, **parameters), seconds=1.0)
+
+    monkeypatch.setattr(runner, "measure_experiment", a_second)
+    record = judge_claim(claim, "full")
+    lines = [record.points, *(line.points for line in [*record.nuisances, *record.map.rows])]
+    assert record.seconds == len(asked) < sum(map(len, lines))
+    assert {point.seconds for line in lines for point in line} == {1.0}
 
 
 def test_a_claim_within_up_to_an_edge_holds_in_a_range_and_says_where_it_ends(monkeypatch):
