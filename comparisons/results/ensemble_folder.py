@@ -151,7 +151,8 @@ def summary(files: Files, control: str, loads: list[float]) -> tuple[SettingReco
 
 
 def save_ensemble(directory: Path, result: EnsembleResult) -> None:
-    """Write ensemble.json and statistics.csv."""
+    """Write ensemble.json and statistics.csv; what ends in between leaves an interrupted run."""
+    result.record.model_copy(update={"interrupted": True}).write(directory / RECORD)
     write_table(directory / TABLE, result.statistics)
     result.record.write(directory / RECORD)
 

@@ -46,8 +46,6 @@ STUDY = "study.json"
 TABLES = {RESULTS: ("rows", rows.ROWS), DISTRIBUTIONS: ("distributions", rows.DISTRIBUTIONS)}
 # The column by which a row is known as its scene's.
 HASH = "scene_hash"
-# Beginnings of the columns of errors, bars and times.
-SHORT = ("error_", "reference_uncertainty", "seconds", "setup_seconds", "compile_seconds")
 # What is missing is written as nothing: a scene or a method may well be called "nan" or "null".
 _AS_WRITTEN: dict[str, Any] = {
     "keep_default_na": False,
@@ -79,11 +77,7 @@ def stacked(record: StudyRecord, tables: list[pd.DataFrame]) -> pd.DataFrame:
     """Return the tables of all scenes as one, each row with the hash of its scene."""
     several = zip(tables, record.scenes, strict=True)
     filled = [t.assign(**{HASH: _hash(scene.text)}) for t, scene in several if len(t)]
-    table = pd.concat(filled, ignore_index=True) if filled else pd.DataFrame(columns=["scene"])
-    # Eight digits of errors, bars and times do, and make a quarter of the file less; absurd
-    # ones are beyond the range of single precision.
-    short = [c for c in table if c.startswith(SHORT) and not (table[c].abs() > 1e37).any()]
-    return table.astype(dict.fromkeys(short, np.float32))
+    return pd.concat(filled, ignore_index=True) if filled else pd.DataFrame(columns=["scene"])
 
 
 def read_study(root: Path) -> StudyRecord:
@@ -124,7 +118,7 @@ def load_study(directory: str | Path) -> StudyRecord:
                 ]
         except FileNotFoundError:
             tables[kind] = NO_ROWS
-            if name != DISTRIBUTIONS:
+            if name != DISTRIBUTIONS and record.scenes:  # a run that ended at once has none
                 problems.append(f"{name} is missing")
         except (ValueError, OSError) as error:
             problems.append(f"{name}: {error}")

@@ -46,7 +46,7 @@ effective_modulus = "1 GPa"
 kind = "self_affine"
 hurst = 0.8
 size = "1 um"
-points = 64
+points = {points}
 rms_slope = 0.1
 realisations = {size}
 [loading]
@@ -54,7 +54,7 @@ force = {{ from = 1e-3, to = 1e-1, steps = 5, spacing = "log", relative_to = "E*
 [compare]
 tolerance = 0.5 # few surfaces and lines do
 methods = ["reduced", "bem_fft"]
-resolutions = [32, 64]
+resolutions = [{half}, {points}]
 """
 # One experiment and scenes, with grids along a parameter, bisections, nuisances and draws.
 CLAIMS = ("line-height-printed", "vibration-free", "transform-round-cone", "quasi-static-force")
@@ -97,6 +97,7 @@ class Kind:
     answers: str  # the folder of its answers
     load: Callable[[Path], Any]  # reads one; ResultsError if it is torn
     numbers: Callable[[Path], object]
+    points: int = 64  # a side of its surfaces
 
 
 KINDS = {
@@ -128,6 +129,7 @@ KINDS = {
         "surfaces",
         lambda path: (read_bundle(path), path.stat().st_mtime_ns)[1],
         statistics,
+        points=16,
     ),
 }
 
@@ -222,7 +224,8 @@ def experiment(
     with tempfile.TemporaryDirectory(prefix="killed-") as name:
         folder = Path(name)
         scene = folder / "killed.toml"
-        scene.write_text(SCENE.format(size=size), encoding="utf-8")
+        text = SCENE.format(size=size, points=kind.points, half=kind.points // 2)
+        scene.write_text(text, encoding="utf-8")
         # The others find everything compiled, and copies of this process loaded.
         warm = kind.begin(scene, folder / "warm")
         warm.run()

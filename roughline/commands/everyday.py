@@ -135,7 +135,6 @@ def run(  # noqa: PLR0913 (the options on the command line)
     from comparisons.questions.study import Study
     from comparisons.results.folder import held
     from comparisons.results.record import asked_in_vain
-    from comparisons.results.store import load_study
     from comparisons.solving.planning import plan_all
     from roughline.commands import terminal
     from roughline.commands.progress import watched
@@ -168,8 +167,7 @@ def run(  # noqa: PLR0913 (the options on the command line)
     )
     left = REPORT + OF_SCENE * len(plans)
     with held(directory):
-        watched(study, lambda: _write_page(directory, pictures=False), left)
-        record = load_study(directory)  # what the page has found out of it the terminal says, too
+        record = watched(study, lambda: _write_page(directory, pictures=False), left)
         _, *mailed = _write_study(record, pictures, static)
     lost = study.lost()
     terminal.print_study(record, lost, verbose=verbose)

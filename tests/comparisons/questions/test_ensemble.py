@@ -1,5 +1,6 @@
 """Very many surfaces: bundles, parts and kills change no digit, memory does not grow."""
 
+import errno
 import sys
 import tracemalloc
 
@@ -105,6 +106,21 @@ def test_a_killed_ensemble_solves_only_what_no_whole_file_has(whole, many, tmp_p
     assert digests(again) == digests(whole)
     assert [path.stat().st_mtime_ns for path in sound] == times
     assert again.record.missing == []
+
+
+def test_a_folder_is_continued_whatever_file_a_full_disk_ended_at(many, tmp_path, monkeypatch):
+    """The first table, before any surface: the folder must not look like someone else's."""
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, "no space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("comparisons.results.ensemble_folder.write_table", full)
+        with pytest.raises(OSError, match="no space left"):
+            Ensemble(many(2), tmp_path / "out").run()
+    assert load_ensemble(tmp_path / "out").interrupted
+    again = Ensemble(many(2), tmp_path / "out", resume=True).run()
+    assert (again.record.missing, again.record.interrupted) == ([], False)
 
 
 def test_surfaces_in_two_files_count_once(whole, many, tmp_path):

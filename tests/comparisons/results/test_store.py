@@ -241,6 +241,12 @@ def test_damaged_and_missing_files_are_named(record, tmp_path, file, content):
             load_study(path)
 
 
+def test_a_run_that_ended_at_its_first_file_has_no_scenes(record):
+    save_study(replace(record, scenes=()))
+    (record.directory / RESULTS).unlink()
+    assert load_study(record.directory).scenes == ()
+
+
 def edited(record, name, change):
     save_study(record)
     table = pd.read_csv(record.directory / name)
