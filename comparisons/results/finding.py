@@ -9,8 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from pydantic import TypeAdapter, ValidationError
-
 from comparisons import formatting as fmt
 from comparisons.facts.methods import CLOSED_FORM, MODEL, title_of
 from comparisons.facts.quantities import in_order, quantity
@@ -18,8 +16,6 @@ from comparisons.judging.verdicts import LAST_LOAD, NO_RESULT, OUTSIDE, WITHIN, 
 from comparisons.reasons import UNJUDGED
 from comparisons.results.advice import Setting, advise
 from comparisons.results.record import SceneRecord, depends_on_depth, once
-from comparisons.scene.indenters import AnyIndenter
-from comparisons.scene.indenters.indenter import Indenter
 
 MOST = 8  # rows: a reader has ten seconds
 NAMED = 3  # families of a row that are named; more are counted
@@ -55,11 +51,8 @@ def family(record: SceneRecord) -> str:
     named = [label for table, label in _BY_TABLE.items() if table in record.tables]
     deep = depends_on_depth(record.tables)
     if not named and not deep:
-        try:
-            indenter: Indenter = TypeAdapter(AnyIndenter).validate_python(
-                record.tables.get("indenter")
-            )
-        except ValidationError:
+        indenter = record.scene.indenter if record.scene else None
+        if indenter is None:
             return OTHER
         if indenter.axisymmetric:
             return ROUND

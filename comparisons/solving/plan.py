@@ -126,34 +126,37 @@ class Plan(PlanRecord):
     realisations: int
 
     @cached_property
-    def tasks(self) -> tuple[Task, ...]:
-        """The independent solves, cheap methods first."""
+    def settings(self) -> dict[tuple[str, int], list[Task]]:
+        """The tasks of each method at each resolution, cheap methods first."""
         scene = self.scene
         pictured = "pressure" in scene.compare.quantities or not scene.physics
         pictured |= scene.rough and scene.physics == ("plasticity",)
         # The key of a coarse grid says so, too: which grid is the finest changes as grids
         # are added, keys must not. `solve_task` leaves the body out on coarse grids.
-        return tuple(
-            task
+        return {
+            (planned.method, n): self.tasks_at(planned.method, n, with_body=pictured)
             for planned in self.methods
             for n in planned.resolutions
-            for task in self.tasks_at(planned.method, n, with_body=pictured)
-        )
-
-    def tasks_at(self, method: str, resolution: int, *, with_body: bool = False) -> list[Task]:
-        """Return the tasks of a method at a resolution; the first has the body."""
-        return [
-            task_of(self, method, resolution, block, with_body=with_body and block[0] == 0)
-            for block in self.blocks(method, resolution)
-        ]
+        }
 
     @property
-    def settings(self) -> dict[tuple[str, int], list[Task]]:
-        """The tasks of each method at each resolution: its blocks of realisations."""
-        settings: dict[tuple[str, int], list[Task]] = {}
-        for task in self.tasks:
-            settings.setdefault((task.method, task.resolution), []).append(task)
-        return settings
+    def tasks(self) -> tuple[Task, ...]:
+        """The independent solves."""
+        return tuple(task for tasks in self.settings.values() for task in tasks)
+
+    def tasks_at(self, method: str, resolution: int, *, with_body: bool = False) -> list[Task]:
+        """Return the tasks of a method at a resolution, a block of realisations each.
+
+        The first has the body.
+        """
+        count, size = self.number(method, resolution), self.block(method, resolution)
+        return [
+            task_of(
+                *(self, method, resolution, tuple(range(k, min(k + size, count)))),
+                with_body=with_body and k == 0,
+            )
+            for k in range(0, count, size)
+        ]
 
     @property
     def compared(self) -> tuple[str, ...]:
@@ -168,11 +171,6 @@ class Plan(PlanRecord):
         held = () if self.loads.normal is None else (self.loads.normal.control,)
         prescribed = {*self.loads.columns, *held}
         return tuple(q for q in quantities if q not in prescribed) or quantities
-
-    def blocks(self, method: str, resolution: int = 1) -> list[tuple[int, ...]]:
-        """Return the realisations of a method in blocks of one task each, smaller on fine grids."""
-        count, size = self.number(method, resolution), self.block(method, resolution)
-        return [tuple(range(k, min(k + size, count))) for k in range(0, count, size)]
 
     def number(self, method: str, resolution: int) -> int:
         """Return how many surfaces or lines a method solves at a resolution."""

@@ -253,11 +253,12 @@ def test_first_surfaces_are_whole_tasks_that_cover_them_once(rough):
     (grid,) = (method for method in plan.methods if method.method == "bem_fft")
     assert grid.numbers == (50, 25, 25)
     for resolution, number in zip(grid.resolutions, grid.numbers, strict=True):
-        blocks = plan.blocks("bem_fft", resolution)
+        blocks = [task.realisations for task in plan.tasks_at("bem_fft", resolution)]
         assert [k for block in blocks for k in block] == list(range(number))
         assert {len(block) for block in blocks} == {25}
     (few, *_) = plan_scene(rough(realisations=30))
-    assert [len(block) for block in few.blocks("bem_fft", grid.resolutions[0])] == [25, 5]
+    tasks = few.tasks_at("bem_fft", grid.resolutions[0])
+    assert [len(task.realisations) for task in tasks] == [25, 5]
 
 
 def test_the_tasks_of_a_setting_are_its_blocks_and_the_first_has_the_body(rough):
@@ -275,7 +276,8 @@ def test_lines_are_as_many_as_one_task_holds_whatever_the_surfaces(rough, map_sc
         (plan, *_) = plan_scene(scene)
         (lines,) = (method for method in plan.methods if method.method == "reduced")
         assert set(lines.numbers) == {1000}
-    assert plan.blocks("bem_fft", plan.geometry.points[0]) == [(0,)]
+    (task,) = plan.tasks_at("bem_fft", plan.geometry.points[0])
+    assert task.realisations == (0,)
 
 
 def test_keys_tell_different_tasks_apart_and_equal_ones_not(scene, rough):
