@@ -22,7 +22,7 @@ from comparisons.machine import machine, versions
 from comparisons.results.folder import Header, Layout, held, open_folder
 from comparisons.solving.execution import THREADS
 from comparisons.solving.inquiries import Inquiries, Inquiry
-from comparisons.solving.jobs import Done, Executor, Remaining, executor_for
+from comparisons.solving.jobs import Done, Executor, Remaining, SerialExecutor, executor_for
 from comparisons.solving.plan import Effort
 
 A = TypeVar("A")
@@ -81,6 +81,9 @@ class Campaign(ABC, Generic[A, R]):
         """Return the seconds of the resumed run."""
         return 0.0
 
+    def prepare(self) -> None:
+        """Prepare for the first jobs, which are known now, where this process does them."""
+
     def received(self, done: Done) -> None:
         """Register an answer, cached or new."""
 
@@ -126,6 +129,8 @@ class Campaign(ABC, Generic[A, R]):
                 for done in self._inquiries.ask(self.inquiries()):
                     if self.watch is not None:
                         self.watch(self, done)
+                    if done is None and isinstance(executor, SerialExecutor):
+                        self.prepare()
             except (KeyboardInterrupt, LostWorkError) as error:
                 stopped = error
             lost = [f"{name}: {reason}" for name, reason in self._inquiries.lost.items()]

@@ -22,7 +22,7 @@ from comparisons.results import store
 from comparisons.results.folder import MAILED, PAGE, Header, Layout, Run
 from comparisons.results.record import FIELDS_FOLDER, StudyRecord
 from comparisons.results.scene_record import record_scene
-from comparisons.solving.execution import compile_apart, execute
+from comparisons.solving.execution import compile_ahead, compile_apart, execute
 from comparisons.solving.inquiries import SOLUTION, Inquiry, solve_job
 from comparisons.solving.jobs import Done, Job, Kind, Remaining
 from comparisons.solving.plan import Effort, Plan
@@ -123,6 +123,13 @@ class Study(Campaign[None, StudyRecord]):
             for plan in self.plans
         )
         return replace(left, complete=left.complete and not may_follow)
+
+    def prepare(self) -> None:
+        """Compile what the solves need before the first one, beside none of them."""
+        missing = [task for key, task in self._own.items() if key not in self._solutions]
+        for done in compile_ahead(missing):
+            if self.watch is not None:
+                self.watch(self, done)
 
     def received(self, done: Done) -> None:
         """Register a solution; repeatedly killed tasks have no answer at any step."""

@@ -11,14 +11,17 @@ from __future__ import annotations
 
 import ctypes
 import hashlib
+import os
 import statistics
 import sys
 import time
 import warnings
-from contextlib import ExitStack, suppress
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, closing, suppress
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import psutil
@@ -33,7 +36,7 @@ from comparisons.methods.registry import planned_solver
 from comparisons.methods.runner import in_words, run
 from comparisons.methods.solver import Solver
 from comparisons.methods.user.external import add_announced
-from comparisons.solving.jobs import REPEAT_SECONDS, REPEATS
+from comparisons.solving.jobs import REPEAT_SECONDS, REPEATS, Done, Job, Kind
 from comparisons.solving.shared import alone
 from comparisons.tasks.shown_loads import earlier_fields
 from comparisons.tasks.solution import Solution
@@ -188,8 +191,10 @@ def peak_memory() -> float:
 
 
 _WORK = "comparisons.solving.execution:compile_for"
+_LOCK = "roughline.lock"
 _SECONDS = 900.0
 _ENOUGH = 256  # points a side
+_MANY = 4  # kinds
 # Seconds to wait for a process that compiles: the longest functions take a few. One that is stopped
 # holds others up so long, for one function, and they compile it themselves.
 _PATIENCE = 60.0
@@ -197,27 +202,11 @@ _PATIENCE = 60.0
 
 def compile_apart(task: Task) -> float:
     """See that all compiled code of a task is in the cache, if it can be; return the seconds."""
-    from numba.core.registry import cpu_target
-
-    from reference.contact import descent
-
-    if METHODS[task.method].isolated or kind_of(task) in _compiled:
+    mark = _mark(task)
+    if mark is None or mark.exists():
         return 0.0
     try:
-        # Where Numba keeps the code of the half-space: marks go when the cache goes.
-        cache = descent._advance.stats.cache_path
-        if cache is None:
-            return 0.0
-        folder = Path(cache)
-        folder.mkdir(parents=True, exist_ok=True)
-        # Of this very source, with these packages, on such a processor as Numba's cache names it.
-        processor = cpu_target.target_context.codegen().magic_tuple()
-        identity = (repr(kind_of(task)), source_digest(), repr(sorted(versions().items())))
-        digest = hashlib.sha256("\n".join((*identity, *processor)).encode()).hexdigest()[:16]
-        mark = folder / f"roughline-{digest}.compiled"
-        if mark.exists():
-            return 0.0
-        with alone(folder / "roughline.lock"):
+        with alone(mark.with_name(_LOCK)):
             if mark.exists():
                 return 0.0
             outcome = parent.run(_WORK, task, seconds=_SECONDS, reuse=_WORK)
@@ -226,6 +215,55 @@ def compile_apart(task: Task) -> float:
             return outcome.seconds
     except OSError:
         return 0.0
+
+
+def compile_ahead(tasks: Sequence[Task]) -> Iterator[Done]:
+    """Let two processes compile what tasks need before the first is solved; yield what each took.
+
+    `compile_apart` does what they leave, and the kinds of a small run, which would not repay the
+    second process. Rough lines come first: they take longest, and share no code with grids.
+    """
+    own = [task for task in reversed(tasks) if not METHODS[task.method].user_made]
+    kinds = {kind_of(task): task for task in own}.values()
+    cold = {mark: task for task in kinds if (mark := _mark(task)) and not mark.exists()}
+    if len(cold) < _MANY or os.cpu_count() == 1:
+        return
+    lines_first = sorted(cold.items(), key=lambda item: METHODS[item[1].method].dimension)
+    with suppress(OSError, ImportError):  # some systems have no locks that processes share
+        from comparisons.solving.processes import ProcessExecutor
+
+        with alone(lines_first[0][0].with_name(_LOCK)), closing(ProcessExecutor(2)) as executor:
+            executor.add(
+                Job(str(mark), compile_for, (task,), kind=Kind.of(task))
+                for mark, task in lines_first
+                if not mark.exists()
+            )
+            for done in executor.finished():
+                if not done.lost:
+                    Path(done.job.key).touch()
+                    yield replace(done, value=SimpleNamespace(compile_seconds=done.seconds))
+
+
+def _mark(task: Task) -> Path | None:
+    """Return the file that is there once the code of such tasks is cached, if it has to be."""
+    from numba.core.registry import cpu_target
+
+    from reference.contact import descent
+
+    if METHODS[task.method].isolated or kind_of(task) in _compiled:
+        return None
+    # Where Numba keeps the code of the half-space: marks go when the cache goes.
+    cache = descent._advance.stats.cache_path
+    if cache is None:
+        return None
+    folder = Path(cache)
+    with suppress(OSError):
+        folder.mkdir(parents=True, exist_ok=True)
+    # Of this very source, with these packages, on such a processor as Numba's cache names it.
+    processor = cpu_target.target_context.codegen().magic_tuple()
+    identity = (repr(kind_of(task)), source_digest(), repr(sorted(versions().items())))
+    digest = hashlib.sha256("\n".join((*identity, *processor)).encode()).hexdigest()[:16]
+    return folder / f"roughline-{digest}.compiled"
 
 
 def compile_for(task: Task) -> dict[str, bool]:

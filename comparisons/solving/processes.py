@@ -120,6 +120,11 @@ class ProcessExecutor(Executor):
         self._running.clear()
         self._pool().shutdown(wait=True, kill_workers=True)
 
+    def close(self) -> None:
+        """End the processes, also those that wait for work: later work starts others."""
+        self.end()
+        self._pool().shutdown(wait=True, kill_workers=True)
+
     def _pool(self) -> ProcessPoolExecutor:
         """Return the processes; new ones where they were broken, or know other methods."""
         from comparisons.methods.user.external import VARIABLE, announced

@@ -21,6 +21,7 @@ from comparisons.results.record import FIELDS_FOLDER
 from comparisons.results.store import MEASURES, RESULTS, STUDY, TO_TAKE, load_study
 from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute
+from comparisons.solving.jobs import Done, Executor, Job, SerialExecutor
 from comparisons.solving.planning import plan_scene
 from comparisons.tasks import task as task_module
 from comparisons.tasks.shown_loads import SHOWN_ONLY, stored_steps
@@ -85,6 +86,34 @@ def test_a_run_leaves_the_files_of_the_contract(ball, tmp_path):
     assert record.command == "roughline run test.toml"
     assert record.machine["threads"] == 1
     assert "numpy" in record.versions
+
+
+def test_code_is_compiled_before_the_first_solve_here_and_only_for_what_is_missing(
+    ball, tmp_path, monkeypatch, counted
+):
+    """Beside a solve it would spoil its time; processes of their own see to it themselves."""
+    asked, told = [], []
+
+    def ahead(tasks):
+        asked.append(([task.key for task in tasks], len(counted)))
+        yield Done(Job("code", len), seconds=2.0)
+
+    monkeypatch.setattr(study_module, "compile_ahead", ahead)
+    study = Study(ball, tmp_path, watch=lambda study, done: told.append(done and done.job.key))
+    study.run()
+    keys = [task.key for task in study.plans[0].tasks]
+    assert asked == [(keys, 0)]
+    assert told[:2] == [None, "code"]
+    counted.clear()
+    (tmp_path / FIELDS_FOLDER / f"{keys[-1]}.npz").unlink()
+    Study(ball, tmp_path, resume=True).run()
+    assert asked[1:] == [([keys[-1]], 0)]
+
+    class Elsewhere(Executor):
+        finished = SerialExecutor.finished
+
+    Study(ball, tmp_path, overwrite=True, executor=Elsewhere()).run()
+    assert len(asked) == 2
 
 
 def test_files_for_paraview_are_whole_when_a_run_that_wrote_none_is_resumed(ball, tmp_path):

@@ -2,8 +2,10 @@
 
 import math
 import warnings
+from typing import ClassVar
 
 import numpy as np
+import psutil
 import pytest
 
 from comparisons.errors import ResultsError
@@ -13,8 +15,9 @@ from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.methods.registry import SOLVERS, solver_for
 from comparisons.methods.solver import Solver
 from comparisons.scene.scene import load_scene
-from comparisons.solving import execution
+from comparisons.solving import execution, processes
 from comparisons.solving.execution import execute
+from comparisons.solving.jobs import Done, SerialExecutor
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 from comparisons.tasks import solution as tasks_solution
@@ -333,3 +336,69 @@ def test_a_method_says_what_it_must(task):
         bare.steps(made, made.loads.values)
     assert bare.memory(made) == 0
     assert bare.refusal(made) == ""
+
+
+@pytest.fixture
+def cold(task, monkeypatch, tmp_path):
+    """Return planned tasks of four kinds, none of which is marked as compiled."""
+    made = [task(*setting) for setting in (("closed_form", 1), ("bem_fft", 16), ("bem_dense", 5))]
+    kinds = [*made, task("reduced"), task("bem_fft", 32)]
+    monkeypatch.setattr(execution, "_mark", lambda task: tmp_path / task.method)
+    monkeypatch.setattr("os.cpu_count", lambda: 2)
+    return kinds
+
+
+@pytest.mark.slow
+def test_two_processes_compile_every_kind_once_and_are_gone_when_solves_begin(cold, tmp_path):
+    """Nothing works beside the solves that are timed; a second run finds all done."""
+    before = set(psutil.Process().children(recursive=True))
+    done = list(execution.compile_ahead(cold))
+    methods = sorted(outcome.job.kind.method for outcome in done)
+    assert methods == ["bem_dense", "bem_fft", "closed_form", "reduced"]
+    assert all(outcome.value.compile_seconds == outcome.seconds > 0 for outcome in done)
+    (finest,) = (outcome.job for outcome in done if outcome.job.kind.method == "bem_fft")
+    assert finest.kind.resolution == 16  # the first that a run solves
+    after = set(psutil.Process().children(recursive=True)) - before
+    assert not [process for process in after if "popen_loky" in " ".join(process.cmdline())]
+    assert sorted(path.name for path in tmp_path.glob("*[!k]")) == methods
+    assert list(execution.compile_ahead(cold)) == []
+
+
+class Recording(SerialExecutor):
+    """Keeps the keys of its jobs, and loses the last."""
+
+    keys: ClassVar[list[str]] = []
+
+    def __init__(self, workers):
+        super().__init__()
+
+    def finished(self):
+        self.keys[:] = [job.kind.method for job in self._waiting]
+        for job in list(self._waiting)[:-1]:
+            yield Done(job, {}, 2.0)
+        yield Done(self._waiting[-1], lost="killed")
+
+    def close(self):
+        """End no process."""
+
+
+def test_rough_lines_are_compiled_first_and_what_was_lost_is_left(cold, monkeypatch, tmp_path):
+    monkeypatch.setattr(processes, "ProcessExecutor", Recording)
+    assert len(list(execution.compile_ahead(cold))) == 3
+    assert Recording.keys[0] == "reduced"
+    assert not (tmp_path / Recording.keys[-1]).exists()
+
+
+def test_where_no_process_can_be_started_each_kind_is_compiled_in_its_turn(cold, monkeypatch):
+    def refused(workers):
+        raise OSError("no semaphores")
+
+    monkeypatch.setattr(processes, "ProcessExecutor", refused)
+    assert list(execution.compile_ahead(cold)) == []
+
+
+@pytest.mark.parametrize(("kinds", "cores"), [(3, 2), (5, 1)])
+def test_a_small_run_or_a_single_core_has_no_second_process(cold, monkeypatch, kinds, cores):
+    monkeypatch.setattr(processes, "ProcessExecutor", None)
+    monkeypatch.setattr("os.cpu_count", lambda: cores)
+    assert list(execution.compile_ahead(cold[:kinds])) == []

@@ -66,6 +66,7 @@ def roughline(tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("COLUMNS", "250")
     # Compiled here: digits are not compared with those of another process.
     monkeypatch.setattr(study_module, "compile_apart", lambda task: 0.0)
+    monkeypatch.setattr(study_module, "compile_ahead", lambda tasks: ())
 
     def run(*arguments):
         capsys.readouterr()
@@ -770,6 +771,7 @@ def fail(*arguments, **options):
 
 study.execute = stop
 study.compile_apart = lambda task: 0.0
+study.compile_ahead = lambda tasks: ()
 PLACE = fail
 sys.argv = "roughline run paraboloid --methods closed_form --out o --no-pictures".split()
 __main__.main()
