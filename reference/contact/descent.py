@@ -10,7 +10,7 @@ constraint. The contact set changes in every iteration, after I. A. Polonsky & L
 `descend` is iterative refinement: the residual is computed in double precision, and
 `_conjugate_gradients` finds a correction x of the pressure p,
 
-    minimise  1/2 x.K x - x.t  over -p <= x <= cap - p,   free sum of x, or sum x = 0,
+    minimise  1/2 x.K x - x.t  over -p <= x <= cap - p,   any sum of x, or sum x = 0,
 
 with t the displacement that remains. Because x and t are small near the solution, single precision
 suffices for most iterations.
@@ -212,8 +212,8 @@ def _conjugate_gradients(  # noqa: PLR0913
     to date with every change of x, so that neither K x nor t is held; `lower` is the bound -p. The
     preconditioner is `inverse`, that of the kernel on a period that contains the grid, with an
     `Extension` of the residual to it; `settle` matches its mean mode to the contact, or 0. With a
-    fixed sum that of x is zero and the depth free (a given force). It ends at the clearance `goal`,
-    or after `patience` iterations without halving of the violation, or `limit` of all.
+    fixed sum that of x is zero and the depth unknown (a given force). It ends at the clearance
+    `goal`, or after `patience` iterations without halving of the violation, or `limit` of all.
     """
     shape, number = kernel.shape, clearance.dtype.type
     part, most = np.s_[: shape[0], : shape[1]], number(cap)
@@ -229,9 +229,9 @@ def _conjugate_gradients(  # noqa: PLR0913
     history: list[float] = []
     convolutions, slope, opened, best, best_at = 0, 0.0, 0.0, np.inf, 0
     for iteration in range(limit):
-        # residual: minus the clearance of free cells, those that are loaded or overlap; at the cap
-        # where the shape lets go. A fixed sum moves the depth by the mean of loaded cells, and the
-        # residual has no mean, so that directions keep the force
+        # residual: minus the clearance of the free set: loaded or overlapping cells, and at the cap
+        # those where the shape lets go. A fixed sum moves the depth by the mean of loaded cells,
+        # and the residual has no mean, so that directions keep the force
         shift = 0.0
         if fixed_sum:
             heights, loaded = sums(each_piece(_loaded, clearance, correction, lower))
@@ -340,7 +340,7 @@ def _preconditioner(body: ElasticBody, dtype: DTypeLike) -> Convolution:
     """Return the inverse compliance of waves, |q| on the half-space, up to a power of two.
 
     The zero mode is half the smallest wavenumber, so that the operator is positive definite. On a
-    periodic half-space with free mean pressure it is set from the contact (`settle`): near full
+    periodic half-space with unknown mean pressure it is set from the contact (`settle`): near full
     contact a uniform pressure on the contact has almost no energy, and without a matching large
     zero mode the iterations increase from 25 to many hundreds.
     """

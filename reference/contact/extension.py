@@ -42,11 +42,11 @@ class Extension:
     A constant remains one, and the transpose conserves sums:
 
     >>> extension = Extension((5, 6), np.float64)
-    >>> free = np.zeros((4, 6), np.uint8)
-    >>> free[1:3, 2] = 1
-    >>> np.unique(extension.extend(2.0 * free, free, np.empty((5, 6)))).tolist()
+    >>> contact = np.zeros((4, 6), np.uint8)
+    >>> contact[1:3, 2] = 1
+    >>> np.unique(extension.extend(2.0 * contact, contact, np.empty((5, 6)))).tolist()
     [2.0]
-    >>> float(extension.restrict(np.ones((5, 6)), free, np.empty((4, 6))).sum())
+    >>> float(extension.restrict(np.ones((5, 6)), contact, np.empty((4, 6))).sum())
     30.0
     """
 
@@ -58,37 +58,37 @@ class Extension:
             sides = (sides[0] + 1) // 2, (sides[1] + 1) // 2
             self._levels.append((np.empty(sides, dtype), np.empty(sides, dtype)))
 
-    def extend(self, values: Floats, free: NDArray[np.uint8], out: Floats) -> Floats:
-        """Fill `out` (padded) with `values` on the free cells, which are zero elsewhere, continued.
+    def extend(self, values: Floats, contact: NDArray[np.uint8], out: Floats) -> Floats:
+        """Fill `out` (padded) with `values` on the contact cells, zero elsewhere, continued.
 
-        At least one cell is free; `out` may be `values`.
+        At least one cell is in contact; `out` may be `values`.
         """
-        self.cover(values, free)
-        self._over(_spread, self._levels[0][0], values, free, out)
+        self.cover(values, contact)
+        self._over(_spread, self._levels[0][0], values, contact, out)
         return out
 
-    def restrict(self, field: Floats, free: NDArray[np.uint8], out: Floats) -> Floats:
+    def restrict(self, field: Floats, contact: NDArray[np.uint8], out: Floats) -> Floats:
         """Fill `out` with the transpose of `extend` applied to a field (padded).
 
-        `free` are the cells of the last `extend` or `cover`; `out` may be the field.
+        `contact` has the cells of the last `extend` or `cover`; `out` may be the field.
         """
         levels = self._levels
-        self._over(_collect, levels[0][0], field, free)
+        self._over(_collect, levels[0][0], field, contact)
         for (values, weights), (coarse, _) in pairwise(levels):
             self._over(_collect, coarse, values, weights)
         np.divide(*levels[-1], out=levels[-1][0])
         for (values, weights), (coarse, _) in reversed(list(pairwise(levels))):
             self._over(_return, coarse, values, weights, values)
-        self._over(_return, levels[0][0], field, free, out)
+        self._over(_return, levels[0][0], field, contact, out)
         return out
 
-    def cover(self, field: Map, free: NDArray[np.uint8]) -> None:
+    def cover(self, field: Map, contact: NDArray[np.uint8]) -> None:
         """Fill the blocks of all sizes with continued means, and the shares of cells in contact.
 
         That sets the contact of the next `restrict`.
         """
         levels = self._levels
-        self._over(_gather, *levels[0], field, free)
+        self._over(_gather, *levels[0], field, contact)
         for fine, above in pairwise(levels):
             self._over(_gather, *above, *fine)
         np.divide(*levels[-1], out=levels[-1][0])
@@ -171,7 +171,9 @@ def _collect(sums, field, weights, first, stop):
             sums[row, j] = near * nearest + far * (line[2 * j] + line[2 * j + 3])
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=_REORDER)
+# inlined: by its own choice LLVM does so where it compiles, but not where `_collect` calls cached
+# code, and last digits then differ from process to process
+@njit(inline="always", nogil=True, error_model="numpy", fastmath=_REORDER)
 def _add_open(line, field, weights, i, factor):
     """Add a row of a field, as far as its cells are open, times a factor."""
     rows, columns = weights.shape

@@ -115,7 +115,7 @@ def press(
     By descent (`descent`): preconditioned conjugate gradients on any body, for large grids. By
     pivoting (`pivot`), the chapter's contact iteration (19.5-19.8): solve inside the contact,
     remove cells in tension, add overlapping cells, repeat, with dense matrices; residuals near
-    rounding, for up to some thousand contact cells of a free elastic body.
+    rounding, for up to some thousand contact cells of an elastic body that is not periodic.
 
     Parameters
     ----------
@@ -184,7 +184,7 @@ def sweep(
     refuse(choice_faults("by", by, CONTROLS))
     load.one_of(*CONTROLS[by])
     if by == "pivot" and body.periodic:
-        raise ValueError("pivoting is for free bodies; use descent for periodic ones")
+        raise ValueError("pivoting is for bodies that are not periodic; use descent")
     if by == "pivot" and cap < np.inf:
         raise ValueError("pivoting is for elastic bodies; use descent below a hardness")
     faults = [] if cap > 0 else [f"hardness must be positive, not {cap!r}"]

@@ -1,6 +1,9 @@
 """The convolution against transforms and direct sums, the solver's stages, continued fields."""
 
+import os
 import pickle
+import subprocess
+import sys
 import threading
 import time
 import tracemalloc
@@ -223,17 +226,44 @@ def test_a_solve_holds_no_more_arrays_than_its_plan_says(operator_class, most, m
 def test_restriction_is_the_transpose_of_extension(shape, period):
     """r.E^T y = E r.y to rounding: conjugate gradients need a symmetric preconditioner."""
     random = np.random.default_rng(1)
-    free = (random.random(shape) < 0.2).astype(np.uint8)
-    free[0, 0] = 1
-    values, field = random.random(shape) * free, random.random(period)
+    inside = (random.random(shape) < 0.2).astype(np.uint8)
+    inside[0, 0] = 1
+    values, field = random.random(shape) * inside, random.random(period)
     extension = Extension(period, np.float64)
-    extended = extension.extend(values, free, np.empty(period))
-    restricted = extension.restrict(field, free, np.empty(shape))
+    extended = extension.extend(values, inside, np.empty(period))
+    restricted = extension.restrict(field, inside, np.empty(shape))
     assert np.vdot(extended, field) == pytest.approx(np.vdot(values, restricted), rel=1e-13)
-    assert not restricted[free == 0].any()
+    assert not restricted[inside == 0].any()
     # as a mean of means, and unchanged on the contact
     assert extended.max() <= values.max() * (1 + 1e-12)
-    assert np.allclose(extended[: shape[0], : shape[1]][free > 0], values[free > 0], rtol=1e-14)
+    assert np.allclose(extended[: shape[0], : shape[1]][inside > 0], values[inside > 0], rtol=1e-14)
+
+
+DIGITS = """
+import numpy as np
+from reference.contact.extension import Extension
+stream = np.random.default_rng(1)
+contact = (stream.random((24, 30)) < 0.2).astype(np.uint8)
+extension = Extension((31, 33), np.float64)
+extension.extend(stream.random(contact.shape) * contact, contact, np.empty((31, 33)))
+print(extension.restrict(stream.random((31, 33)), contact, np.empty(contact.shape)).tobytes().hex())
+"""
+
+
+@pytest.mark.slow
+def test_a_process_that_compiles_has_the_digits_of_one_that_loads_its_code(tmp_path):
+    """What LLVM inlines must not hang on the cache: a descent's digits would, too."""
+    compiled, loaded = (
+        subprocess.run(
+            [sys.executable, "-c", DIGITS],
+            env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for _ in range(2)
+    )
+    assert compiled == loaded != ""
 
 
 @pytest.mark.parametrize("operator_class", [PeriodicOperator, FreeOperator])
