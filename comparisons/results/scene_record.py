@@ -170,13 +170,25 @@ def _rows(plan: Plan, levels: Levels, resolution: int, truth: Truth | None) -> p
     most = MOST_REALISATIONS if resolution == levels.finest else MOST_COARSE
     lost = ~solution.converged.all(axis=1)
     shown = np.flatnonzero((np.arange(count) < most) | lost)[:MOST_REALISATIONS]
-    several = int(count > 1)  # rows of a mean at each step
+    several = count > 1  # rows of a mean at each step
     names = [*map(str, shown), *["mean"] * several]
+    # rows of one of several surfaces
     single = np.repeat([several and name != "mean" for name in names], steps).astype(bool)
-    curves = {name: values[shown] for name, values in solution.quantities.items()}
-    if several:
-        for name, mean in levels.curves(resolution).items():
-            curves[name] = np.vstack([curves[name], mean])
+
+    def with_mean(surfaces: np.ndarray, mean: np.ndarray | float) -> np.ndarray:
+        """Return the shown ones of values (surfaces, steps), and below them those of the mean."""
+        below = [np.broadcast_to(mean, steps)] * several
+        return np.vstack([surfaces[shown], *below])
+
+    def of_mean(values: np.ndarray) -> np.ndarray:
+        """Return values (steps,) in the rows of the mean, or of the only surface."""
+        return np.where(single, np.nan, np.tile(values, len(names)))
+
+    means = levels.curves(resolution) if several else {}
+    curves = {
+        name: with_mean(values, means.get(name, np.nan))
+        for name, values in solution.quantities.items()
+    }
     # times are of one surface or line, unless "all"
     table: dict[str, Any] = {
         "scene": plan.scene.name,
@@ -200,9 +212,10 @@ def _rows(plan: Plan, levels: Levels, resolution: int, truth: Truth | None) -> p
         solved = table.get(name, np.full(len(prescribed), np.nan))
         other = np.abs(solved - prescribed) > EXACT * np.abs(prescribed)
         table[name] = np.where(other, solved, prescribed)
+
     table["reference"] = "" if truth is None else truth.label
-    later: dict[str, Any] = {}  # columns of means
-    bars = later if several else table
+    last: dict[str, Any] = {}  # columns of means alone come last
+    bars = last if several else table
     if truth is not None:
         widest = np.full(steps, np.nan)
         is_truth = (truth.method, truth.resolution) == (method, resolution)
@@ -212,32 +225,32 @@ def _rows(plan: Plan, levels: Levels, resolution: int, truth: Truth | None) -> p
             bar, at = truth.bar(name), main_axis(truth.axis, name)
             error = truth.errors(curves, name, at, solution.valueless_steps).ravel()
             table[f"error_{name}"] = np.full(error.size, np.nan) if is_truth else error
-            bars[f"{BARS}_{name}"] = np.where(single, np.nan, np.tile(bar, len(names)))
+            bars[f"{BARS}_{name}"] = of_mean(bar)
             if name in plan.compared:
                 widest = np.fmax(widest, np.where(np.isfinite(bar), bar, np.nan))
-        bars[BARS] = np.where(single, np.nan, np.tile(widest, len(names)))
+        bars[BARS] = of_mean(widest)
+    # many surfaces make a large file: fewer digits of each
     for name in table if several else ():
         digits = DIGITS if name in curves else ERROR_DIGITS if name.startswith("error_") else 0
         if digits:
             table[name][single] = [float(f"{v:.{digits}g}") for v in table[name][single]]
+
+    table["iterations"] = with_mean(solution.iterations, np.nan).ravel()
+    table["violation"] = with_mean(solution.violation, np.nan).ravel()
+    for name in FLAGS:
+        flags = getattr(solution, name)
+        table[name] = with_mean(flags, flags.all(axis=0)).ravel()
     reasons = np.full((len(names), steps), "", dtype=object)
     places = {int(k): place for place, k in enumerate(shown)}
     for (k, step), reason in solution.reasons.items():
         if k in places:
             reasons[places[k], step] = reason
-    nothing = np.full((several, steps), np.nan)
-    table["iterations"] = np.vstack([solution.iterations[shown], nothing]).ravel()
-    table["violation"] = np.vstack([solution.violation[shown], nothing]).ravel()
-    for name in FLAGS:
-        flags = getattr(solution, name)
-        table[name] = np.vstack([flags[shown], *[flags.all(axis=0)] * several]).ravel()
     table["reason"] = reasons.ravel()
     if solution.machine:
         table["machine"] = np.where(single, "", solution.machine)
     for name in curves if several else ():
-        error = np.tile(levels.standard_error(name, resolution), len(names))
-        later[f"stderr_{name}"] = np.where(single, np.nan, error)
-    return pd.DataFrame(table | later)
+        last[f"stderr_{name}"] = of_mean(levels.standard_error(name, resolution))
+    return pd.DataFrame(table | last)
 
 
 def _verdicts(

@@ -11,8 +11,9 @@ from comparisons.geometry.prepare import RoughGeometry
 from comparisons.methods.registry import concerned, planned_solver, solver_for
 from comparisons.scene.scene import SceneError, load_scene
 from comparisons.solving.execution import execute
+from comparisons.solving.map_scenes import PATCH_POINTS, typical_window
 from comparisons.solving.plan import QUICK_REALISATIONS, task_of
-from comparisons.solving.planning import PATCH_POINTS, plan_scene, typical_window
+from comparisons.solving.planning import plan_scene
 
 
 def planned(scene, method, effort="quick"):

@@ -6,7 +6,8 @@ import pytest
 from comparisons.errors import InputError
 from comparisons.formatting import with_unit
 from comparisons.geometry.prepare import prepare
-from comparisons.solving.planning import plan_all, prepared_otherwise
+from comparisons.solving.map_scenes import prepared_otherwise
+from comparisons.solving.planning import plan_all
 
 MAP = {"kind": "map", "file": "map.npy", "size": "1 mm", "height_unit": "m"}
 
