@@ -294,11 +294,8 @@ _LEAST, _MOST, _MOST_POINTS = 2, 8, 128
 _NEARLY_FULL = 0.9
 
 
-def proof_of_surface(scene: Scene, geometry: RoughGeometry, finer: float) -> Proof:
-    """Return the enclosures of a rough scene; its bounds are computed when asked for.
-
-    Penetrations count from the highest point, those of the bounds from their highest sample.
-    """
+def _check_surface(scene: Scene, geometry: RoughGeometry) -> None:
+    """Raise `Refused` for a rough surface of which nothing is bounded, or not within minutes."""
     if geometry.random and scene.realisations > 1:
         raise Refused(
             f"the theorems enclose one surface, and the scene asks for the mean over "
@@ -317,6 +314,14 @@ def proof_of_surface(scene: Scene, geometry: RoughGeometry, finer: float) -> Pro
             f"of more than {_MOST_POINTS} points a side the bounds take minutes a load, and there "
             f"are {max(geometry.points)}"
         )
+
+
+def proof_of_surface(scene: Scene, geometry: RoughGeometry, finer: float) -> Proof:
+    """Return the enclosures of a rough scene; its bounds are computed when asked for.
+
+    Penetrations count from the highest point, depths of the bounds from their highest sample.
+    """
+    _check_surface(scene, geometry)
     modulus, area = scene.effective_modulus, geometry.area
     cells = round(_ROUGH_CELLS["periodic" if geometry.periodic else "free"] * finer)
     cells = min(max(cells // max(geometry.points), _LEAST), _MOST)
@@ -326,56 +331,59 @@ def proof_of_surface(scene: Scene, geometry: RoughGeometry, finer: float) -> Pro
         return geometry.heights(0, geometry.points[0])
 
     @cache
-    def highest() -> float:
+    def top() -> float:
         """Return the highest point of the surface, from its mean."""
         return float(geometry.top(0) - heights().mean())
 
     @cache
-    def surface() -> tuple[Patch | PeriodicSurface, float]:
-        """Return the surface of the bounds, and how far its highest sample is below the top."""
-        found: Patch | PeriodicSurface
+    def bounded() -> Patch | PeriodicSurface:
         if geometry.periodic:
-            found = PeriodicSurface(heights(), geometry.size, cells)
-        else:
-            found = Patch(heights(), geometry.size[0], cells)
-        return found, highest() - found.top
+            return PeriodicSurface(heights(), geometry.size, cells)
+        return Patch(heights(), geometry.size[0], cells)
+
+    def missed() -> float:
+        """Return how far the highest sample is below the top."""
+        return top() - bounded().top
+
+    def pressed(depth: float) -> Interval:
+        """Enclose the force at a depth below the highest sample."""
+        surface = bounded()
+        if isinstance(surface, Patch):
+            return surface.force(depth, modulus)
+        return surface.mean_pressure(depth, modulus) * area
 
     def force(penetration: float) -> Interval:
-        bounded, higher = surface()
-        depth = penetration - higher
-        touches = depth > 0  # else nothing is proved to, and it is less than what touches deeper
-        depth = depth if touches else penetration
-        if isinstance(bounded, Patch):
-            pressed = bounded.force(depth, modulus)
-        else:
-            pressed = bounded.mean_pressure(depth, modulus) * area
-        return pressed if touches else Interval(0.0, pressed.upper)
+        depth = penetration - missed()
+        if depth > 0:
+            return pressed(depth)
+        # nothing is proved to touch, and it bears less than where the sample is as deep
+        return Interval(0.0, pressed(penetration).upper)
 
     def penetration(force: float) -> Interval:
-        bounded, higher = surface()
-        load = force if isinstance(bounded, Patch) else force / area
-        depth = bounded.penetration(load, modulus)
-        return Interval(below(depth.lower + higher, 4), above(depth.upper + higher, 4))
+        surface = bounded()
+        load = force if isinstance(surface, Patch) else force / area
+        depth = surface.penetration(load, modulus)
+        return Interval(below(depth.lower + missed(), 4), above(depth.upper + missed(), 4))
 
     def from_samples(penetration: Interval, force: Interval) -> tuple[Interval, Interval]:
-        """Count a depth from the sample; what is short of it does not touch. And the pressure."""
-        higher = surface()[1]
-        depth = Interval(below(penetration.lower, 2) - higher, above(penetration.upper, 2) - higher)
+        """Return the depth below the highest sample, which has to touch; and the mean pressure."""
+        lower, upper = below(penetration.lower, 2), above(penetration.upper, 2)
+        depth = Interval(lower - missed(), upper - missed())
         if not depth.lower > 0:
             raise ArithmeticError("the highest sample is not proved to touch")
         return depth, Interval(below(force.lower / area, 4), above(force.upper / area, 4))
 
     def energy(penetration: Interval, force: Interval) -> Interval:
-        bounded, (depth, mean) = surface()[0], from_samples(penetration, force)
-        if isinstance(bounded, Patch):
-            return bounded.energy(depth, modulus)
-        return bounded.stored(mean, depth, modulus) * area
+        surface, (depth, mean) = bounded(), from_samples(penetration, force)
+        if isinstance(surface, Patch):
+            return surface.energy(depth, modulus)
+        return surface.stored(mean, depth, modulus) * area
 
     def stiffness(penetration: Interval, force: Interval) -> Interval:
-        bounded, (depth, mean) = surface()[0], from_samples(penetration, force)
-        if isinstance(bounded, Patch):
-            return bounded.stiffness(depth, force, modulus)
-        return bounded.stiffness(mean, modulus) * area
+        surface, (depth, mean) = bounded(), from_samples(penetration, force)
+        if isinstance(surface, Patch):
+            return surface.stiffness(depth, force, modulus)
+        return surface.stiffness(mean, modulus) * area
 
-    deepest = _NEARLY_FULL * highest() if geometry.periodic else math.inf
+    deepest = _NEARLY_FULL * top() if geometry.periodic else math.inf
     return Proof(force, penetration, energy, stiffness, deepest)
