@@ -92,7 +92,8 @@ def test_errors_along_a_path_are_relative_to_its_largest_value(scene):
     rows = result.setting_rows("reduced", 10)
     load = rows["tangential_force"]
     expected = 0.001 * load / 4.0
-    assert rows["error_tangential_displacement"] == pytest.approx(expected, abs=1e-12)
+    # errors in rows are rounded to single precision, by half of its last digit
+    assert rows["error_tangential_displacement"] == pytest.approx(expected, rel=6e-8)
     assert np.ptp(rows["tangential_force"]) == 8.0
     (verdict,) = [verdict for verdict in result.verdicts if verdict.resolution == 10]
     assert verdict.at == "step"
