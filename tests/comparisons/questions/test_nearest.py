@@ -217,8 +217,14 @@ def test_a_ball_that_dents_stands_at_its_depth_over_that_of_first_yield():
     root = known("paraboloid", **dented, **depth, **{"plasticity.model": "elastic_root"})["force"]
     assert root.measured.claim == "plastic-root-force-10"
     whole = {"compare.quantities": ["force", "residual_depth"]}
-    shallow = known("paraboloid", **dented, **whole, loading={"penetration": [1e-7, 2e-7]})
-    assert (shallow["force"].word, list(shallow)) == (WITHIN, ["force"])  # nothing yields
+    # nothing yields, springs of no model either: elastic balls were measured
+    for model in ("stress", "elastic_root", "zunker_kamrin", "none"):
+        below = {"loading": {"penetration": [1e-7, 2e-7]}, "plasticity.model": model}
+        shallow = known("paraboloid", **dented, **whole, **below)
+        assert (shallow["force"].word, list(shallow)) == (WITHIN, ["force"])
+        assert shallow["force"].measured.parameter.startswith("exponent")
+    # and beyond: of springs that stay elastic there nothing was measured
+    assert not known("paraboloid", **dented, **depth, **{"plasticity.model": "none"})
     over = known("paraboloid", **dented, **whole, loading={"penetration": [1e-7, 1e-6]})["force"]
     assert (over.here[0], over.word) == (1.0, NOT_RESOLVED)
     hardening = {"plasticity.hardening": "1 GPa"}

@@ -30,6 +30,16 @@ def curve(solution: Solution, name: str = "force") -> np.ndarray:
     return solution.quantities[name][0]
 
 
+@pytest.mark.parametrize("model", ["stress", "elastic_root", "zunker_kamrin", "none"])
+def test_no_spring_yields_before_the_half_space_does(scene, solved, model):
+    """So what is known of elastic balls is known of these: Hertz's force, and no dent."""
+    solution = solved(yielding(scene, 0.1, 0.999, model=model), "reduced", 400)
+    modulus = 210e9 / 0.91
+    hertz = 4 / 3 * modulus * np.sqrt(0.01) * (FIRST * np.array([0.1, 0.999])) ** 1.5
+    assert_allclose(curve(solution), hertz, rtol=1e-3)  # 400 springs
+    assert_allclose(curve(solution, "residual_depth"), 0.0)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("asked", "given"), [("force", False), ("equivalent_radius", True)])
 def test_only_what_asks_for_the_area_unloads_for_it(scene, asked, given):
