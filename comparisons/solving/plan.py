@@ -149,7 +149,8 @@ class Plan(PlanRecord):
 
         The first has the body.
         """
-        count, size = self.number(method, resolution), self.block(method, resolution)
+        count = self.number(method, resolution)
+        size = self.block(method, resolution) if count > 1 else 1
         return [
             task_of(
                 *(self, method, resolution, tuple(range(k, min(k + size, count)))),

@@ -5,7 +5,7 @@ end and compared with an undisturbed one (times and memory apart). Some minutes 
 
     python docs/examples/killed_runs.py run --size 100
     python docs/examples/killed_runs.py claims
-    python docs/examples/killed_runs.py ensemble --size 2000
+    python docs/examples/killed_runs.py ensemble --size 40000
     python docs/examples/killed_runs.py run --workers 2     # commands, with their start-up
 """
 
@@ -123,9 +123,9 @@ KINDS = {
     ),
     "ensemble": Kind(
         lambda scene, out, **options: ensemble.Ensemble(
-            load_scene(scene, {"compare.methods": ["bem_fft"]}), out, **options
+            load_scene(scene, {"compare.methods": ["reduced"]}), out, **options
         ),
-        lambda scene: ("ensemble", scene, "--methods", "bem_fft"),
+        lambda scene: ("ensemble", scene, "--methods", "reduced"),
         "surfaces",
         lambda path: (read_bundle(path), path.stat().st_mtime_ns)[1],
         statistics,
@@ -220,7 +220,7 @@ def experiment(
 ) -> tuple[list[Killed], int]:
     """Return what became of all runs, and how many answers the whole campaign has."""
     moments = np.random.default_rng(seed).uniform(0.0, 1.0, runs)
-    ensemble.TASK_SECONDS = 1.0  # many bundles
+    ensemble.TASK_SECONDS = 0.05  # many bundles
     with tempfile.TemporaryDirectory(prefix="killed-") as name:
         folder = Path(name)
         scene = folder / "killed.toml"
