@@ -32,6 +32,7 @@ from comparisons.facts.quantities import CURVES, NORMAL, in_order, quantity
 from comparisons.files import write_atomically, write_table, write_text
 from comparisons.machine import source_digest
 from comparisons.results import rows
+from comparisons.results.folder import RECORDS
 from comparisons.results.record import SceneRecord, StudyRecord
 from comparisons.results.rows import NO_ROWS, Rows
 from comparisons.scene.problems import first_problems
@@ -94,7 +95,9 @@ def read_study(root: Path) -> StudyRecord:
     except NotADirectoryError as error:
         raise ResultsError(f"{root}: expected a results folder, got a file") from error
     except FileNotFoundError as error:
-        raise ResultsError(f"{root}: no results of roughline here ({STUDY} is missing)") from error
+        others = "".join(f", {name} is there" for name in RECORDS if (root / name).exists())
+        said = "no results of `roughline run` here" if others else "no results of roughline here"
+        raise ResultsError(f"{root}: {said} ({STUDY} is missing{others})") from error
     except (ValueError, OSError) as error:
         raise ResultsError(f"{root}: damaged results ({error})") from error
 

@@ -241,6 +241,12 @@ def test_damaged_and_missing_files_are_named(record, tmp_path, file, content):
             load_study(path)
 
 
+def test_a_folder_of_another_command_is_called_so(tmp_path):
+    (tmp_path / "ensemble.json").touch()
+    with pytest.raises(ResultsError, match=r"of `roughline run` here .*, ensemble.json is there"):
+        load_study(tmp_path)
+
+
 def test_a_run_that_ended_at_its_first_file_has_no_scenes(record):
     save_study(replace(record, scenes=()))
     (record.directory / RESULTS).unlink()
