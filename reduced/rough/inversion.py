@@ -230,7 +230,9 @@ def _first_guess(depth, pieces, goals, mean, ends, guess):
 def _rungs(bottom, top, count):
     """Return levels in geometric progression."""
     # Logarithms are of ratios only, so the digits are independent of the unit of length.
-    rungs = bottom * np.exp(np.log(top / bottom) * np.arange(count) / (count - 1))
+    rungs, span = np.empty(count), np.log(top / bottom)
+    for i in range(count - 1):
+        rungs[i] = bottom * np.exp(span * i / (count - 1))
     rungs[-1] = top
     return rungs
 

@@ -53,7 +53,8 @@ def walk(depth: np.ndarray, start: int, levels: np.ndarray, ends: Ends, out: np.
             out[j, _REACH] = _end_half_cell(out, j, levels[j] - y)
     level = _stretch(depth, start + 1, n, start, level, levels, sub_cell, out)
     if periodic:
-        level = _stretch(depth, 0, start + 1, start - n, level, levels, sub_cell, out)
+        # of a plain zero Numba would compile it once more
+        level = _stretch(depth, np.int64(0), start + 1, start - n, level, levels, sub_cell, out)
     for j in range(level, k):
         if periodic:
             _close(out, j, float(n))

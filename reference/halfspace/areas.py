@@ -241,9 +241,12 @@ def located_area(contact: Contact, hardness: float = np.inf, *, patch: bool = Fa
     if not mask.any() or mask.all():
         return cells * contact.operator.cell_area
     operator = contact.operator
-    # gaps are needed beside the rim only: on large grids a map of them would be the largest field
+    # gaps are needed beside the rim only: on large grids a map of them would be the largest field.
+    # Those of interpolated surfaces are in another order of memory, for which the loop would be
+    # compiled once more, in the middle of a solve that is timed
+    initial = np.ascontiguousarray(contact.initial_gap)
     shift, rim, located, crossings = _shift(
-        *(mask, contact.pressure, contact.initial_gap, contact.displacement, contact.penetration),
+        *(mask, contact.pressure, initial, contact.displacement, contact.penetration),
         *(operator.spacing, operator.effective_modulus, float(hardness), periodic),
     )
     # the law does not apply to ends of the material or the patch

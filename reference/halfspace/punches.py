@@ -120,7 +120,7 @@ def respond_dense(operator: FreeOperator, fraction: ArrayLike) -> FaceResponse:
     The cost grows as the cube of the number of cells.
     """
     mask, extra = _covered(operator, fraction)
-    rows, columns = np.nonzero(mask)
+    rows, columns = np.ascontiguousarray(np.nonzero(mask))  # as `tabulated` has them, compiled once
     nx, ny = operator.shape
     table = kernels.love(
         np.arange(nx)[:, None], np.arange(ny), operator.spacing, operator.effective_modulus

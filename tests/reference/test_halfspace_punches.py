@@ -10,6 +10,7 @@ from scipy.linalg import solve, toeplitz
 from scipy.optimize import brentq
 from scipy.special import ellipk
 
+from reference.contact.pivot import pairs
 from reference.errors import ConvergenceError
 from reference.halfspace import FreeOperator
 from reference.halfspace.punches import EDGE_COMPLIANCE, EDGE_OFFSET, respond, respond_dense
@@ -128,6 +129,13 @@ def test_the_factorisation_holds_one_matrix():
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 10 * cells**4
+
+
+def test_coefficients_of_a_face_are_looked_up_by_the_code_of_all_contacts():
+    """For another order of memory it would be compiled in the middle of a solve that is timed."""
+    respond_dense(FreeOperator((7, 9), (0.1, 0.1), 3.0), faces(0))
+    arrays = [array for made in pairs.nopython_signatures for array in made.args]
+    assert {array.layout for array in arrays} == {"C"}
 
 
 def test_an_iteration_that_is_cut_short_says_so():
