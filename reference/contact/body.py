@@ -250,7 +250,7 @@ class Convolution:
         rows, columns, (length, width) = *self.shape, self.padded
         if length * width <= _ONE_BLOCK:
             modes = fft.rfft(field, width, axis=1, workers=1)
-            modes = self._columnwise(modes, self.transfer)
+            modes = self._columnwise(modes)
             out[:] = fft.irfft(modes, width, axis=1, workers=1)[:, :columns]
             return out
         half = width // 2 + 1
@@ -260,7 +260,7 @@ class Convolution:
             modes[part] = fft.rfft(field[part], width, axis=1, workers=1)
 
         def columnwise(part: slice) -> None:
-            block = self._columnwise(modes[:, part], self.transfer[:, part])
+            block = self._columnwise(modes[:, part], part.start)
             if not np.may_share_memory(block, modes):
                 modes[:, part] = block
 
@@ -272,19 +272,25 @@ class Convolution:
         pieces.over(rows, pieces.rows_of(width), backward)
         return out
 
-    def _columnwise(self, modes: Floats, factors: Floats) -> Floats:
-        """Return columns of modes times their factors; overwrites them unless they are padded."""
+    def _columnwise(self, modes: Floats, first: int = 0) -> Floats:
+        """Return columns of modes, from a first one on, times their factors of the transfer.
+
+        Overwrites them unless they are padded.
+        """
         # in place where possible, as new memory would cost as much as the arithmetic
         block = fft.fft(modes, self.padded[0], axis=0, overwrite_x=True, workers=1)
-        _multiply(block.view(factors.dtype), factors)
+        _multiply(block.view(self.transfer.dtype), self.transfer, first)
         return fft.ifft(block, axis=0, overwrite_x=True, workers=1)[: len(modes)]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _multiply(parts, factors):
-    """Multiply complex rows, given as interleaved real and imaginary parts, by real factors."""
+def _multiply(parts, factors, first):
+    """Multiply complex rows, as interleaved real and imaginary parts, by factors from a column on.
+
+    Of a slice of the factors it would be compiled once more, on the first large grid.
+    """
     for i in range(parts.shape[0]):
         row = min(i, parts.shape[0] - i)
-        for j in range(factors.shape[1]):
-            parts[i, 2 * j] *= factors[row, j]
-            parts[i, 2 * j + 1] *= factors[row, j]
+        for j in range(parts.shape[1] // 2):
+            parts[i, 2 * j] *= factors[row, first + j]
+            parts[i, 2 * j + 1] *= factors[row, first + j]
