@@ -64,8 +64,9 @@ class FemSolver(Solver[G]):
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        bodies = [table for table in (scene.half_space, scene.counter_body) if table is not None]
-        nu = max(table.elastic_constants[1] for table in bodies)
+        nu = scene.elastic_constants[1]
+        if meshes_both(scene):
+            nu = max(body.nu for body in (scene.half_space, scene.counter_body) if body)
         if nu > LARGEST_POISSON and not _quadratic(scene):
             raise Refused(
                 f"nu = {nu:g} is incompressible and needs mixed 27-node elements, which this scene "
@@ -97,7 +98,7 @@ class Fem(FemSolver[IndenterGeometry]):
         self.points, self.solver = scene.methods.fem.points, scene.methods.fem.solver
         self.indenter = needed(scene.indenter, "single contacts only")
         self.straight = self.indenter.outline is not None
-        self.stiff = scene.half_space.elastic_constants[1] > LARGEST_POISSON_ITERATED
+        self.stiff = scene.elastic_constants[1] > LARGEST_POISSON_ITERATED
         self.stretch = contact_stretch(self.indenter)
 
     @classmethod
@@ -235,7 +236,7 @@ def options_problem(scene: Scene) -> str:
         return solver_problem(scene, changes.get("solver", "automatic"))
     if changes.get("contact") != "penalty":
         return 'points = "quadrature" takes contact = "penalty" only: there are more than nodes'
-    if scene.indenter is None or scene.body is not None or scene.counter_body is not None:
+    if scene.indenter is None or scene.body is not None or meshes_both(scene):
         return 'points = "quadrature" is for a rigid indenter on a half-space'
     if changes.get("solver") == "conjugate_gradients":
         return 'points = "quadrature" needs a condensed body, no conjugate gradients'
@@ -248,7 +249,7 @@ def solver_problem(scene: Scene, solver: str) -> str:
         return ""
     if not _quadratic(scene) or (scene.indenter and scene.indenter.outline is not None):
         return f"solver {solver} is for single contacts on a mesh that is fitted to them"
-    if scene.half_space.elastic_constants[1] > LARGEST_POISSON:
+    if scene.elastic_constants[1] > LARGEST_POISSON:
         return f"solver {solver} needs a definite matrix: nu up to {LARGEST_POISSON}"
     if "contact" in scene.methods.fem.changes:
         return "solver conjugate_gradients takes contact = active_set only"
@@ -257,7 +258,7 @@ def solver_problem(scene: Scene, solver: str) -> str:
 
 def _quadratic(scene: Scene) -> bool:
     """Whether the body is a half-space of 27-node elements, which have a mixed form."""
-    if scene.indenter is None or scene.counter_body is not None or scene.body is not None:
+    if scene.indenter is None or meshes_both(scene) or scene.body is not None:
         return False
     if scene.indenter.outline is not None:
         return second_order(scene.indenter)

@@ -26,6 +26,7 @@ WEDGE = {"shape": "polygon_punch", "vertices": [[0.0, 0.0], [1e-3, 0.0], [0.0, 1
 RUBBER = {"half_space": {"shear_modulus": "1 MPa", "poisson_ratio": 0.5}}
 NEARLY = {"youngs_modulus": "1 MPa", "poisson_ratio": 0.495}
 SOFT = {"half_space": NEARLY}
+BOTH = {"counter_body": NEARLY | {"poisson_ratio": 0.5}}
 GAP = {"loading": {"mean_gap": ["1 nm"]}}
 BLOCK = {"methods.fem.mesh": "block"}
 ITERATED = {"methods.fem.solver": "conjugate_gradients"}
@@ -63,7 +64,7 @@ REFUSED = {
         ("drake", {"loading": {"force": [1.0]}}, "prescribe penetrations"),
         ("mujoco", {}, "prescribe forces"),
         ("ngsolve", SQUARE, "no mesh is fitted to a square punch"),
-        ("fem", {"counter_body": NEARLY | {"poisson_ratio": 0.5}}, "0.5 is incompressible"),
+        ("fem", BOTH | {"methods.fem.coupling": "mortar"}, "0.5 is incompressible"),
         ("fem", {"methods.fem.points": "quadrature"}, 'takes contact = "penalty" only'),
         ("fem", RUBBER | {"indenter": WEDGE}, "nu = 0.5"),
         ("fem", SQUARE | ITERATED, "single contacts"),
@@ -219,6 +220,8 @@ def test_what_a_method_cannot_do_is_said(source):
 
 
 TAKEN = [
+    ("paraboloid", "fem", BOTH),
+    ("paraboloid", "fem", BOTH | {"methods.fem": {"contact": "penalty", "points": "quadrature"}}),
     ("plastic-ball", "reduced", dented(0.1) | NEEDLE),
     ("rough-free", "fem", GAP),
     ("rough-free", "bem_fft", GAP),
