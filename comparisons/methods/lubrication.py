@@ -263,6 +263,10 @@ class HamrockDowson(Formula):
         if not any(self.fit.covers(speed) for speed in loads.values):
             raise Refused(self.range)
 
+    def beyond(self, task: Task) -> np.ndarray:
+        """Say which speeds the fit does not cover."""
+        return np.array([not self.fit.covers(speed) for speed in task.loads.values])
+
     def films(self, load: float, speed: float) -> dict[str, float]:
         fit = self.fit
         if not fit.covers(speed):

@@ -291,10 +291,14 @@ class FittedBall(Solver[IndenterGeometry]):
 
         return np.array([depth(float(load) / self.fit.force_unit) for load in loads])
 
+    def beyond(self, task: Task[IndenterGeometry]) -> np.ndarray:
+        """Say which loads press the ball deeper than the fit goes."""
+        loads = task.loads
+        return np.asarray(self._depths(loads.control, loads.values) > self.fit.largest)
+
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         fit = self.fit
-        w = self._depths(task.loads.control, task.loads.values)
-        beyond = w > fit.largest
+        w, beyond = self._depths(task.loads.control, task.loads.values), self.beyond(task)
         w[beyond] = np.nan
         curves = {
             "penetration": w * fit.yields_at,

@@ -116,6 +116,16 @@ def test_code_is_compiled_before_the_first_solve_here_and_only_for_what_is_missi
     assert len(asked) == 2
 
 
+def test_speeds_beyond_the_range_of_a_fit_are_not_lost(tmp_path):
+    """The command ends well: that the fit has no answer there is said as the scene is judged."""
+    plans = plan_scene(load_scene("soft-ball-film", {"compare.methods": ["hamrock_dowson"]}))
+    study = Study(plans, tmp_path)
+    study.run()
+    (task,) = plans[0].tasks
+    assert study.solution(task).answered.tolist() == [[True, False, False]]
+    assert study.lost() == []
+
+
 def test_files_for_paraview_are_whole_when_a_run_that_wrote_none_is_resumed(ball, tmp_path):
     """A run keeps what its pages show: displacements are solved for again."""
     Study(ball, tmp_path / "whole", paraview=True).run()
