@@ -158,8 +158,9 @@ class Verdict:
             return step
         when = f"{step}, over the largest value of the path"
         if self.word == WITHIN and self.own_step >= 0:
-            own = fmt.signed_error(self.own_error)
-            when += f" (outside over its own: {own} at {step_at(self.at)} {self.own_step + 1})"
+            own = f"{fmt.signed_error(self.own_error)} at {step_at(self.at)} {self.own_step + 1}"
+            # with its tolerance: on pages, where another one is chosen, the text stays true
+            when += f" (outside {fmt.tolerance(self.tolerance)} over its own: {own})"
         return when
 
     @property

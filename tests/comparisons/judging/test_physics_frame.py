@@ -106,7 +106,7 @@ def test_errors_along_a_path_are_relative_to_its_largest_value(scene):
     ("force", "tolerance", "hidden"),
     # 0.1 N is a fortieth of the largest load: 20 % there are 0.5 % of the largest value
     [
-        (0.1, 0.01, "outside over its own: +20\u202f% at step 1"),
+        (0.1, 0.01, "(outside 1\u202f% over its own: +20\u202f% at step 1)"),
         (0.1, 0.3, ""),
         (3.0, 0.01, ""),
         (0.1, 0.001, ""),  # outside anyway
