@@ -11,7 +11,7 @@ from comparisons.methods import NoAnswerError, Row, Solver, Step, needed
 from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.methods.registry import SOLVERS, solver_for
 from comparisons.questions.study import Study, solved_in_memory
-from comparisons.results.scene_record import record_scene
+from comparisons.results.scene_record import over_own_value, record_scene
 from comparisons.results.store import load_study
 from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute
@@ -132,6 +132,14 @@ def test_an_error_of_small_loads_that_the_largest_value_hides_is_told(
     assert hidden in verdict.when
 
 
+@pytest.mark.parametrize(("bar", "told"), [(0.0049, {}), (0.004, {"own_step": 0})])
+def test_what_the_bar_of_a_small_value_covers_is_not_told(bar, told):
+    """0.5 % of the largest value are 20 % of a fortieth of it; with these bars 0.4 or 4 % remain."""
+    errors, bars, values = np.array([0.005, 0.0]), np.array([bar, 0.0]), np.array([0.1, 4.0])
+    found = over_own_value(errors, bars, values, 0.01)
+    assert found == ({"own_error": pytest.approx(0.2)} | told if told else {})
+
+
 @pytest.mark.usefixtures("sheared")
 def test_the_bar_of_a_path_covers_its_error_where_the_values_pass_zero(scene):
     (plan,) = plan_scene(scene(loading=LOOP, **FRICTION))
@@ -217,4 +225,6 @@ def test_a_step_at_which_all_answers_are_zero_is_right(creeps, name):
     rows = record.setting_rows("reduced", 12)
     (zero,) = np.flatnonzero(rows[name] == 0)
     assert rows[f"error_{name}"][zero] == 0 != verdict.error
+    # where all grids say zero they say how well, and not what the other step's do: its per cents
+    assert rows[f"reference_uncertainty_{name}"][zero] < 1e-6  # residuals of the solver
     assert verdict.step == 1 - zero
