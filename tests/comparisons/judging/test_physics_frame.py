@@ -134,7 +134,7 @@ def test_an_error_of_small_loads_that_the_largest_value_hides_is_told(
 
 @pytest.mark.parametrize(("bar", "told"), [(0.0049, {}), (0.004, {"own_step": 0})])
 def test_what_the_bar_of_a_small_value_covers_is_not_told(bar, told):
-    """0.5 % of the largest value are 20 % of a fortieth of it; with these bars 0.4 or 4 % remain."""
+    """0.5 % of the largest value are 20 % of a fortieth; with these bars 0.4 or 4 % remain."""
     errors, bars, values = np.array([0.005, 0.0]), np.array([bar, 0.0]), np.array([0.1, 4.0])
     found = over_own_value(errors, bars, values, 0.01)
     assert found == ({"own_error": pytest.approx(0.2)} | told if told else {})
