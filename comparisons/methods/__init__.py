@@ -8,13 +8,14 @@ from __future__ import annotations
 from comparisons.methods.solver import Refused, Solver, method, needed
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
-from comparisons.tasks.steps import NoAnswerError, Row, Step
+from comparisons.tasks.steps import NoAnswerError, OutOfRangeError, Row, Step
 from comparisons.tasks.task import Task
 from reference.errors import NoEquilibriumError
 
 __all__ = [
     "NoAnswerError",
     "NoEquilibriumError",
+    "OutOfRangeError",
     "Refused",
     "Row",
     "Scene",

@@ -13,7 +13,7 @@ import numpy as np
 
 from comparisons.formatting import number
 from comparisons.geometry.prepare import IndenterGeometry
-from comparisons.methods import NoAnswerError, Refused, Scene, Solver, Step, Task, needed
+from comparisons.methods import OutOfRangeError, Refused, Scene, Solver, Step, Task, needed
 from comparisons.methods.friction import normal_load
 from comparisons.scene.loading import loads_of
 from comparisons.tasks.shown_loads import grid_pressure
@@ -263,12 +263,8 @@ class HamrockDowson(Formula):
         if not any(self.fit.covers(speed) for speed in loads.values):
             raise Refused(self.range)
 
-    def beyond(self, task: Task) -> np.ndarray:
-        """Say which speeds the fit does not cover."""
-        return np.array([not self.fit.covers(speed) for speed in task.loads.values])
-
     def films(self, load: float, speed: float) -> dict[str, float]:
         fit = self.fit
         if not fit.covers(speed):
-            raise NoAnswerError(self.range)
+            raise OutOfRangeError(self.range)
         return {"film_central": fit.central(speed), "film_minimum": fit.minimum(speed)}

@@ -145,10 +145,6 @@ class Solver(Generic[G]):
         """Return why this resolution is out of reach ("" where it is not)."""
         return ""
 
-    def beyond(self, task: Task[G]) -> np.ndarray:
-        """Return which loads are beyond the range that the method states: no answer is lost."""
-        return np.zeros(len(task.loads.values), dtype=bool)
-
     def memory(self, task: Task[G]) -> float:
         """Estimate the peak memory of a task in bytes, before any is taken."""
         return 0.0

@@ -17,7 +17,6 @@ from comparisons.files import write_arrays
 from comparisons.judging.refinement import enlarged, expected, refinements
 from comparisons.judging.verdicts import of_steps, step_at
 from comparisons.machine import source_digest
-from comparisons.methods.registry import planned_solver
 from comparisons.questions.campaign import WHOLE, Campaign, Options, Part
 from comparisons.results import store
 from comparisons.results.folder import MAILED, PAGE, Header, Layout, Run
@@ -220,7 +219,7 @@ class Study(Campaign[None, StudyRecord]):
             solution = self._solutions.get(task.key)
             if solution is None:
                 missing.append((task, "not done"))
-            elif not (answered := solution.answered | planned_solver(task).beyond(task)).all():
+            elif not (answered := solution.answered).all():
                 step, row = map(int, np.argwhere(~answered.T)[0])
                 reason = solution.reasons.get((row, step), "no answer")
                 lost, axis = np.asarray(~answered.all(axis=0)), task.loads.axis

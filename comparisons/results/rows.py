@@ -10,11 +10,12 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import pandas as pd
 
+from comparisons.tasks.solution import FLAGS
+
 TEXTS = frozenset(
     {"scene", "method", "options", "realisation", "reference", "reason", "machine"}
     | {"quantity", "at", "verdict", "outside_band"}
 )
-FLAGS = frozenset({"converged", "no_equilibrium", "undetermined"})
 # How they are written, by us and by spreadsheets.
 YES, NO = ["true", "1", "1.0"], ["false", "0", "0.0"]
 # Of the others, which are numbers, those that are whole.
@@ -87,8 +88,8 @@ class Rows:
 
     @property
     def lost(self) -> np.ndarray:
-        """Which have no answer, and not because no equilibrium exists, or many do."""
-        return ~(self["converged"] | self["no_equilibrium"] | self["undetermined"])
+        """Which have no answer, not even one without values."""
+        return ~np.any([self[name] for name in FLAGS], axis=0)
 
     def where(self, chosen: np.ndarray) -> Rows:
         """Return the rows of a mask, or at some places in their order."""

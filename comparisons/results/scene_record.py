@@ -38,14 +38,13 @@ from comparisons.results.record import NOBODY, SceneRecord
 from comparisons.results.rows import Rows
 from comparisons.solving.execution import THREADS, this_machine
 from comparisons.solving.plan import Plan
-from comparisons.tasks.solution import Solved
+from comparisons.tasks.solution import FLAGS, Solved
 
 # Realisations that have rows of their own: bands need no more, and lines come in tens of thousands.
 MOST_REALISATIONS = 450
 # On grids that are coarser than the finest, of which nothing draws a band.
 MOST_COARSE = 20
 BARS = "reference_uncertainty"
-FLAGS = ("converged", "no_equilibrium", "undetermined")
 # Beginnings of the columns of errors, bars and times.
 SHORT = ("error_", BARS, "seconds", "setup_seconds", "compile_seconds")
 # Of values of single surfaces, and of their errors: their scatter is in the second.

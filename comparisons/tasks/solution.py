@@ -75,9 +75,11 @@ class Solution:
     # or are not defined for the method.
     quantities: dict[str, np.ndarray]
     converged: np.ndarray
-    # Where no equilibrium exists, and where many do: answers, too, of a step without values.
+    # Where no equilibrium exists, where many do, and where a load is beyond the range that the
+    # method states: answers, too, of a step without values.
     no_equilibrium: np.ndarray
     undetermined: np.ndarray
+    out_of_range: np.ndarray
     # Solver iterations, and the largest relative overlap or tension (NaN for direct methods).
     iterations: np.ndarray
     violation: np.ndarray
@@ -139,6 +141,7 @@ class Solution:
             converged=np.zeros(task.shape, dtype=bool),
             no_equilibrium=np.zeros(task.shape, dtype=bool),
             undetermined=np.zeros(task.shape, dtype=bool),
+            out_of_range=np.zeros(task.shape, dtype=bool),
             iterations=np.zeros(task.shape, dtype=int),
             violation=np.full(task.shape, np.nan),
             unknowns=unknowns,
@@ -182,8 +185,8 @@ class Solution:
 
     @property
     def answered(self) -> np.ndarray:
-        """Where it has an answer, be it that no equilibrium exists, or many; as `converged`."""
-        return self.converged | self.no_equilibrium | self.undetermined
+        """Where it has an answer, be it one without values; as `converged`."""
+        return self.converged | self.no_equilibrium | self.undetermined | self.out_of_range
 
     @property
     def valueless_steps(self) -> np.ndarray:
@@ -226,11 +229,13 @@ class Solution:
         *,
         no_equilibrium: bool = False,
         undetermined: bool = False,
+        out_of_range: bool = False,
     ) -> None:
         """Record that one step has no answer, or none with values, and why in one line."""
         self.reasons[index] = one_line(f"no equilibrium: {reason}" if no_equilibrium else reason)
         self.converged[index] = False
         self.no_equilibrium[index], self.undetermined[index] = no_equilibrium, undetermined
+        self.out_of_range[index] = out_of_range
 
     def refuse_nan(self) -> None:
         """Take away the answer of each step that failed, or has a quantity that is no number.
@@ -329,7 +334,8 @@ Solved = dict[tuple[str, int], Solution]
 
 
 PREFIX = "solution."
-_ARRAYS = ("converged", "no_equilibrium", "undetermined", "iterations", "violation")
+FLAGS = ("converged", "no_equilibrium", "undetermined", "out_of_range")
+_ARRAYS = (*FLAGS, "iterations", "violation")
 # Arrays by name, and what their names begin with in a file.
 _CURVES = {"quantities": "q.", "distributions": "d.", "bars": "b."}
 _NUMBERS = (

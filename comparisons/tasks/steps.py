@@ -24,6 +24,10 @@ class NoAnswerError(Exception):
         self.reason = reason
 
 
+class OutOfRangeError(NoAnswerError):
+    """A load is beyond the range that a method states."""
+
+
 # What says itself why there is no answer: the physics, or the numerics of either model.
 NO_ANSWER = (NoAnswerError, ModelStopped, SolverStopped)
 
@@ -83,9 +87,12 @@ def solve_rows(task: Task, rows: Iterable[Row]) -> Solution:
                     raise NoAnswerError("the solver ended before this load")
             except NO_ANSWER as error:
                 end = len(loads) if task.loads.is_path else done + 1
-                none_exists = isinstance(error, NoEquilibriumError)
+                flags = {
+                    "no_equilibrium": isinstance(error, NoEquilibriumError),
+                    "out_of_range": isinstance(error, OutOfRangeError),
+                }
                 for lost in range(done, end):
-                    solution.fail((number, lost), error.reason, no_equilibrium=none_exists)
+                    solution.fail((number, lost), error.reason, **flags)
                 done, steps = end, None
             else:
                 record(solution, (number, done), step, task)

@@ -291,14 +291,10 @@ class FittedBall(Solver[IndenterGeometry]):
 
         return np.array([depth(float(load) / self.fit.force_unit) for load in loads])
 
-    def beyond(self, task: Task[IndenterGeometry]) -> np.ndarray:
-        """Say which loads press the ball deeper than the fit goes."""
-        loads = task.loads
-        return np.asarray(self._depths(loads.control, loads.values) > self.fit.largest)
-
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         fit = self.fit
-        w, beyond = self._depths(task.loads.control, task.loads.values), self.beyond(task)
+        w = self._depths(task.loads.control, task.loads.values)
+        beyond = w > fit.largest
         w[beyond] = np.nan
         curves = {
             "penetration": w * fit.yields_at,
@@ -310,7 +306,7 @@ class FittedBall(Solver[IndenterGeometry]):
             curves["residual_depth"] = fit.residual(w) * fit.yields_at
         solution = Solution.of(task, curves, violation=0.0)
         for step in np.flatnonzero(beyond):
-            solution.fail((0, int(step)), self.range)
+            solution.fail((0, int(step)), self.range, out_of_range=True)
         return solution
 
 

@@ -29,7 +29,7 @@ from comparisons.isolation.parent import Limits
 from comparisons.methods import Refused, Scene, Solver, Task, registry
 from comparisons.reasons import in_kind, one_line
 from comparisons.scene.physics.tables import TABLES
-from comparisons.tasks.solution import Solution, curve_of, solution_of
+from comparisons.tasks.solution import FLAGS, Solution, curve_of, solution_of
 
 WORK = "comparisons.solving.external_work"
 # Known to every process of a run: workers start with the methods of the command line.
@@ -155,9 +155,7 @@ class UserSolver(Solver[Geometry]):
                     raise ValueError(f"unknown quantity {_text(name)!r}")
                 solution.quantities[name] = curve_of(name, values, shape)
             for name, kinds in (
-                ("converged", "b"),
-                ("no_equilibrium", "b"),
-                ("undetermined", "b"),
+                *((flag, "b") for flag in FLAGS),
                 ("iterations", "iu"),
                 ("violation", "f"),
             ):

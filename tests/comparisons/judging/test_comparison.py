@@ -42,6 +42,7 @@ def solution(curves, *, seconds=1.0, violation=1e-9, fields=None):
         converged=good,
         no_equilibrium=np.zeros(shape, dtype=bool),
         undetermined=np.zeros(shape, dtype=bool),
+        out_of_range=np.zeros(shape, dtype=bool),
         iterations=np.full(shape, 7),
         violation=np.where(good, violation, np.nan),
         unknowns=100,

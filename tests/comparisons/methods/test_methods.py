@@ -196,13 +196,12 @@ def test_in_other_units_there_is_the_same_answer(source, quick):
     for planned in compared:
         method = planned.method
         level = planned.resolutions[0] if own_levels else LEVELS.get(method, 1)
-        tasks = [task_of(plan, method, level) for plan in (here, there)]
+        tasks = (task_of(plan, method, level) for plan in (here, there))
         one, other = (
             execute(replace(task, quantities=(*task.quantities, "pressure")), 1) for task in tasks
         )
-        for task, solution in zip(tasks, (one, other), strict=True):
-            beyond = planned_solver(task).beyond(task)
-            assert (solution.answered != beyond).all(), (method, solution.reasons)
+        for solution in (one, other):
+            assert solution.answered.all(), (method, solution.reasons)
         for name in {"pressure"} & one.fields.keys():
             one.quantities[name], other.quantities[name] = one.fields[name], other.fields[name]
         for name, values in one.quantities.items():

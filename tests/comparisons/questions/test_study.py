@@ -122,8 +122,9 @@ def test_speeds_beyond_the_range_of_a_fit_are_not_lost(tmp_path):
     study = Study(plans, tmp_path)
     study.run()
     (task,) = plans[0].tasks
-    assert study.solution(task).answered.tolist() == [[True, False, False]]
+    assert study.solution(task).converged.tolist() == [[True, False, False]]
     assert study.lost() == []
+    assert load_study(tmp_path).scenes[0].failures == []
 
 
 def test_files_for_paraview_are_whole_when_a_run_that_wrote_none_is_resumed(ball, tmp_path):
