@@ -87,6 +87,22 @@ def test_captions_name_method_load_and_exaggeration(study):
     assert rough.bar.label == "height h / nm"
 
 
+def test_a_hill_of_pressure_is_cut_off_at_sharp_edges_only_and_says_so():
+    """Hertz's pressure amid an oil film of a thousandth of it keeps its summit."""
+    x, y = np.meshgrid(*2 * [np.linspace(-4, 4, 81)], indexing="ij")
+
+    def hill(pressure):
+        fields = {"pressure_x": x, "pressure_y": y, "pressure": pressure}
+        return pictures._hill_job("FFT BEM", {**fields, "pressure_shape": np.array(x.shape)})
+
+    round_one = hill(np.sqrt(np.maximum(1 - x**2 - y**2, 1e-6)))
+    assert float(round_one.arrays["highest"]) == 1.0
+    assert "cut off" not in round_one.caption
+    sharp = hill(np.where((x == 0) & (y == 0), 100.0, x**2 + y**2 < 1))
+    assert float(sharp.arrays["highest"]) == 4.0
+    assert "are cut off" in sharp.caption
+
+
 def test_mirrored_bricks_keep_a_positive_volume():
     """The first edge vectors of a VTK hexahedron span a positive volume, mirrored or not."""
     points = np.array(
