@@ -154,10 +154,14 @@ def relative_range(shares: Iterable[float]) -> str:
 
     >>> relative_range([0.062, 0.57, math.nan]), relative_range([1e-5, 0.02]), relative_range([0.1])
     ('6.2 to 57\u202f%', '10\u202fppm to 2.0\u202f%', '10\u202f%')
+    >>> relative_range([2e-10, 7e-10])
+    'round-off'
     """
     known = [share for share in shares if finite(share)]
     if not known:
         return MISSING
+    if max(known) < ROUND_OFF:
+        return "round-off"
     (least, small), (most, large) = (_relative_parts(end(known), 2) for end in (min, max))
     if (least, small) == (most, large):
         return _join(most, large)
