@@ -132,7 +132,9 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
             if isinstance(table := scene.tables.get(name), dict)
         },
         evidence=[(name, heading) for name, heading, _ in EVIDENCE],
-        itself=ITSELF,
+        itself=ITSELF
+        if any(s.starred != s.title for v in views for s in v.advice.settings)
+        else "",
         of_means=tables.OF_MEANS,
     )
 

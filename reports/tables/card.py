@@ -260,5 +260,6 @@ def _may_reach_the_edge(scene: SceneRecord) -> bool:
 
 def _range(values: np.ndarray, unit: str) -> str:
     """Return the smallest and the largest of what is known."""
-    ends = np.nanmin(values), np.nanmax(values)
-    return " to ".join(dict.fromkeys(fmt.with_unit(value, unit) for value in ends))
+    least, most = float(np.nanmin(values)), float(np.nanmax(values))
+    ends = (fmt.with_unit(end, unit) if end or least == most else "0" for end in (least, most))
+    return " to ".join(dict.fromkeys(ends))
