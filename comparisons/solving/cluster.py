@@ -81,7 +81,7 @@ class ClusterExecutor(Executor):
 
     def finished(self) -> Iterator[Done]:
         """Yield jobs as the workers finish them; the connection is closed at the end."""
-        from distributed import KilledWorker, as_completed
+        from distributed import CancelledError, KilledWorker, as_completed
 
         flow, told = as_completed(loop=self._client.loop), False
         try:
@@ -102,10 +102,10 @@ class ClusterExecutor(Executor):
                         pass
                 future = next(flow)
                 job = self._running.pop(future)
-                if future.cancelled():
-                    raise self._gone()
                 try:
                     answer = future.result()
+                except CancelledError as error:  # the connection was lost, maybe only now
+                    raise self._gone() from error
                 except KilledWorker as error:
                     died = f"its worker died {error.allowed_failures + 1} times, the last one at "
                     died += f"{error.last_worker.address}; most likely for lack of memory"
