@@ -21,7 +21,7 @@ from comparisons.results.ensemble_folder import (
     write_bundle,
 )
 from comparisons.solving.jobs import Done, SerialExecutor
-from comparisons.tasks.solution import Solution
+from comparisons.tasks.solution import FLAGS, Solution
 
 pytestmark = pytest.mark.slow
 
@@ -188,10 +188,13 @@ def test_memory_of_a_merge_does_not_grow_with_the_surfaces(tmp_path):
     for number in (2, 8):
         files = {}
         for k in range(number):
-            curves = {"force": np.arange(20_000.0).reshape(10_000, 2)}
-            ones = np.ones((10_000, 2))
             solution = Solution(
-                curves, ones > 0, ones < 0, ones < 0, ones.astype(int), ones, unknowns=1
+                quantities={"force": np.arange(20_000.0).reshape(10_000, 2)},
+                converged=np.ones((10_000, 2), dtype=bool),
+                **dict.fromkeys(FLAGS[1:], np.zeros((10_000, 2), dtype=bool)),
+                iterations=np.ones((10_000, 2), dtype=int),
+                violation=np.ones((10_000, 2)),
+                unknowns=1,
             )
             bundle = Bundle("m", 8, "id", 10_000 * k, 10_000, answers=20_000, solution=solution)
             files[tmp_path / f"{k}"] = bundle
