@@ -137,6 +137,19 @@ def with_unit(value: object, unit: str, digits: int = 3) -> str:
     return _join(number(float(value) * scale.factor, digits), scale.unit)
 
 
+def told_apart(first: float, second: float, *, unit: str) -> tuple[str, str]:
+    """Write two values with as many digits as tell them apart.
+
+    >>> told_apart(1.0, 2.0, unit="m"), told_apart(1.14471e-3, 1.1447e-3, unit="m")
+    (('1.00\u202fm', '2.00\u202fm'), ('1.14471\u202fmm', '1.14470\u202fmm'))
+    """
+    for digits in range(3, 18):
+        texts = with_unit(first, unit, digits), with_unit(second, unit, digits)
+        if texts[0] != texts[1]:
+            break
+    return texts
+
+
 def relative(value: object, digits: int = 2) -> str:
     """Write a share, a bar or the size of an error: per cent, ppm, or a power of ten.
 

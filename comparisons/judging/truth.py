@@ -290,10 +290,11 @@ def choose_truth(solved: Solved, axis: str, quantities: tuple[str, ...]) -> Trut
     That is the one whose compared quantities have the smallest bar; equal or unknown bars follow
     their order of preference. Methods on the cells of a grid have much the same error on the same
     one: only the finest is a candidate, lest a bar that is small by chance wins. What knows none of
-    the quantities is a truth only where nothing else is.
+    the quantities, or has loads beyond its range, is a truth only where nothing else is.
     """
     everyone = truths(solved, axis)
     able = [truth for truth in everyone if not METHODS[truth.method].peer]
+    able = [truth for truth in able if not truth.solution.out_of_range.any()] or able
     if not set(quantities) & set(FIELDS):
         able = [truth for truth in able if set(quantities) & truth.curves.keys()] or able
     grids = [truth for truth in able if METHODS[truth.method].grid or truth.levels.rough]

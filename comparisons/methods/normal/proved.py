@@ -20,6 +20,7 @@ from threadpoolctl import threadpool_limits
 
 from comparisons.facts.quantities import quantity
 from comparisons.facts.quantities.rows import ENCLOSED
+from comparisons.formatting import told_apart
 from comparisons.geometry.prepare import Geometry, RoughGeometry
 from comparisons.methods.solver import Refused
 from comparisons.scene.indenters import axisymmetric as round_shapes
@@ -122,10 +123,10 @@ def check_enclosed(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> Pr
         raise Refused(f"the theorems enclose nothing of this body at a prescribed {loads.control}")
     most = proof.deepest if loads.control == "penetration" else proof.heaviest
     if max(loads.values) > most:
-        unit = quantity(loads.control).unit
+        limit, largest = told_apart(most, max(loads.values), unit=quantity(loads.control).unit)
         raise Refused(
-            f"the theorems enclose this body up to a {loads.control} of {most:.4g} {unit}, and "
-            f"the largest is {max(loads.values):.4g} {unit}"
+            f"the theorems enclose this body up to a {loads.control} of {limit}, and the largest "
+            f"is {largest}"
         )
     return proof
 

@@ -216,37 +216,43 @@ class ClosedFormPlasticity(FormSolver):
             f"mean pressure {with_unit(force / area, 'Pa')}"
         )
         self.note += f"; first yield at {first}"
+        self.range = f"exact up to first yield only ({first})"
         loads = loads_of(scene)
-        largest = float(loads.values.max())
-        if loads.control == "force":
-            largest = float(self.form.penetration(np.array(largest)))
-        if largest > self.yields_at * (1 + 1e-12):
+        depth = self._depths(loads.control, loads.values)
+        if self._yielded(depth).all():
             raise Refused(
-                f"exact up to first yield only ({first}), and the largest load is at "
-                f"{largest / self.yields_at:.3g} times its penetration"
+                f"{self.range}, and the first load is at {depth[0] / self.yields_at:.3g} times its "
+                "penetration"
             )
+
+    def _depths(self, control: str, loads: np.ndarray) -> np.ndarray:
+        """Return the elastic penetration of loads; zero where nothing is pressed."""
+        if control == "penetration":
+            return np.maximum(loads, 0.0)
+        return np.array([float(self.form.penetration(f)) if f > 0 else 0.0 for f in loads])
+
+    def _yielded(self, depth: np.ndarray) -> np.ndarray:
+        """Whether a load along the path, or one before it, is beyond first yield."""
+        return np.asarray(np.maximum.accumulate(depth) > self.yields_at * (1 + 1e-12))
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Evaluate Hertz's formulas; nothing remains."""
         loads = task.loads.values
-        if task.loads.control == "penetration":
-            depth = np.maximum(loads, 0.0)
-        else:
-            depth = np.array([float(self.form.penetration(f)) if f > 0 else 0.0 for f in loads])
+        depth = self._depths(task.loads.control, loads)
         pressed = depth > 0
         safe = np.where(pressed, depth, self.yields_at)
         force, area = np.asarray(self.form.force(safe)), np.asarray(self.form.contact_area(safe))
-        return Solution.of(
-            task,
-            {
-                "penetration": loads if task.loads.control == "penetration" else depth,
-                "force": np.where(pressed, force, 0.0),
-                "contact_area": np.where(pressed, area, 0.0),
-                "residual_depth": 0.0,
-                "first_yield": self.yields_at,
-            },
-            violation=0.0,
-        )
+        curves = {
+            "penetration": loads if task.loads.control == "penetration" else depth,
+            "force": np.where(pressed, force, 0.0),
+            "contact_area": np.where(pressed, area, 0.0),
+            "residual_depth": 0.0,
+            "first_yield": self.yields_at,
+        }
+        solution = Solution.of(task, curves, violation=0.0)
+        for step in np.flatnonzero(self._yielded(depth)):
+            solution.fail((0, int(step)), self.range, out_of_range=True)
+        return solution
 
 
 class FittedBall(Solver[IndenterGeometry]):

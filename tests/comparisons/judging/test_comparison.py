@@ -358,6 +358,16 @@ def test_a_closed_form_without_any_of_the_quantities_leaves_the_truth_to_a_grid(
         assert truth.method == best
 
 
+def test_a_closed_form_with_loads_beyond_its_range_checks_a_truth_that_has_them_all():
+    exact = solution(scaled(hertz(), force=np.array([1, 1, 1, np.nan])))
+    exact.out_of_range[0, -1] = True
+    wrong = levels("fem", *converging(error=0.04, factor=1.1))  # 1.11 on the finest grid
+    truth = chosen({("closed_form", 1): exact} | wrong)
+    assert truth.method == "fem"
+    np.testing.assert_allclose(truth.disputed("force"), [*np.full(3, 1 - 1 / 1.111), 0])
+    assert chosen({("closed_form", 1): exact}).method == "closed_form"
+
+
 def test_nothing_is_outside_of_a_truth_that_may_be_zero():
     """The grids differ by five times the value: a method that says zero may be right."""
     coarse, fine = (scaled(hertz(), force=factor) for factor in (5.0, 1.0))

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from comparisons.formatting import unpadded, with_unit
+from comparisons.formatting import told_apart, unpadded
 from comparisons.scene.fields import (
     LENGTH,
     SPEED,
@@ -109,15 +108,20 @@ class Lubrication(PhysicsTable):
             yield "lubrication: expected an [indenter]: rough films are not modelled"
 
     def check(self, scene: Scene) -> None:
-        """Expect oil that begins before the contact: (3 F R/(4 E*))^(1/3), Hertz's."""
-        if self.meniscus is None or scene.indenter is None or scene.indenter.shape != "paraboloid":
+        """Expect oil that begins before the dry contact."""
+        if self.meniscus is None or scene.indenter is None:
             return
-        radius, force = scene.indenter.parameters["radius"], scene.loading.range.values[-1]
-        contact = math.cbrt(0.75 * force * radius / scene.effective_modulus)
+        from reference import closed_form  # SciPy's, which reading a scene seldom needs
+
+        form = scene.indenter.made_by(closed_form, effective_modulus=scene.effective_modulus)
+        if form is None or form.contact_radius is None:
+            return
+        contact = float(form.contact_radius(form.penetration(scene.loading.range.values[-1])))
         if self.meniscus <= contact:
+            least, given = told_apart(contact, self.meniscus, unit="m")
             raise fail(
-                f"lubrication.meniscus: expected more than the radius of the contact, "
-                f"{with_unit(contact, 'm')}, got {with_unit(self.meniscus, 'm')}"
+                "lubrication.meniscus: expected more than the radius of the contact, "
+                f"{least}, got {given}"
             )
 
     @property
