@@ -14,6 +14,7 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
 from comparisons.formatting import with_unit
@@ -242,7 +243,7 @@ class ClosedFormPlasticity(FormSolver):
         pressed = depth > 0
         safe = np.where(pressed, depth, self.yields_at)
         force, area = np.asarray(self.form.force(safe)), np.asarray(self.form.contact_area(safe))
-        curves = {
+        curves: dict[str, ArrayLike] = {
             "penetration": loads if task.loads.control == "penetration" else depth,
             "force": np.where(pressed, force, 0.0),
             "contact_area": np.where(pressed, area, 0.0),
