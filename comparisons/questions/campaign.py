@@ -22,7 +22,7 @@ from comparisons.machine import machine, versions
 from comparisons.results.folder import Header, Layout, held, open_folder
 from comparisons.solving.execution import THREADS
 from comparisons.solving.inquiries import Inquiries, Inquiry
-from comparisons.solving.jobs import Done, Executor, Remaining, SerialExecutor, executor_for
+from comparisons.solving.jobs import Done, Executor, Remaining, executor_for
 from comparisons.solving.plan import Effort
 
 A = TypeVar("A")
@@ -129,7 +129,7 @@ class Campaign(ABC, Generic[A, R]):
                 for done in self._inquiries.ask(self.inquiries()):
                     if self.watch is not None:
                         self.watch(self, done)
-                    if done is None and isinstance(executor, SerialExecutor):
+                    if done is None and executor.is_here:
                         self.prepare()
             except (KeyboardInterrupt, LostWorkError) as error:
                 stopped = error

@@ -203,7 +203,7 @@ def differences(expected: dict[str, str], actual: dict[str, str]) -> list[str]:
     ]
 
 
-def _opener() -> Callable[[bytes], tuple[Any, float]]:
+def _opener() -> Callable[[bytes], tuple[Any, float, float]]:
     """Return a function that travels by value: the scheduler must not import roughline for it."""
 
     def open_and_do(sealed: bytes) -> Any:
@@ -218,7 +218,7 @@ def _opener() -> Callable[[bytes], tuple[Any, float]]:
 
 def on_worker(
     expected: dict[str, str], methods: str, work: Callable[..., Any], arguments: Iterable[Any]
-) -> tuple[Any, float]:
+) -> tuple[Any, float, float]:
     """Do a job on a worker, if it is the same as the machine that asks (it may have come late)."""
     if differing := differences(expected, identity(methods)):
         text = "\n  ".join(differing)

@@ -17,11 +17,10 @@ import sys
 import time
 import warnings
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, closing, suppress
+from contextlib import ExitStack, suppress
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import psutil
@@ -232,7 +231,9 @@ def compile_ahead(tasks: Sequence[Task]) -> Iterator[Done]:
     with suppress(OSError, ImportError):  # some systems have no locks that processes share
         from comparisons.solving.processes import ProcessExecutor
 
-        with alone(lines_first[0][0].with_name(_LOCK)), closing(ProcessExecutor(2)) as executor:
+        with alone(lines_first[0][0].with_name(_LOCK)), ExitStack() as at_the_end:
+            executor = ProcessExecutor(2)
+            at_the_end.callback(executor.end, idle=True)
             executor.add(
                 Job(str(mark), compile_for, (task,), kind=Kind.of(task))
                 for mark, task in lines_first
@@ -241,7 +242,7 @@ def compile_ahead(tasks: Sequence[Task]) -> Iterator[Done]:
             for done in executor.finished():
                 if not done.lost:
                     Path(done.job.key).touch()
-                    yield replace(done, value=SimpleNamespace(compile_seconds=done.seconds))
+                    yield replace(done, compile_seconds=done.seconds)
 
 
 def _mark(task: Task) -> Path | None:

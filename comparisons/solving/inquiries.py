@@ -95,9 +95,8 @@ class Inquiries(Generic[A]):
         for outcome in self._executor.finished():
             done = self._keep(outcome)
             key = done.job.key
-            compilation = float(getattr(done.value, "compile_seconds", 0.0))
             solving = float(getattr(done.value, "seconds", math.inf))
-            self._forecast.learn(done.job.kind, done.seconds - compilation, solving)
+            self._forecast.learn(done.job.kind, done.seconds - done.compile_seconds, solving)
             del self._open[key]
             self._receive(done)
             for wait in self._waiting.pop(key):

@@ -112,6 +112,7 @@ class Done:
     job: Job
     value: Any = None  # what the work returned
     seconds: float = float("nan")  # wall time of the work, where it was done
+    compile_seconds: float = 0.0  # those of them in which code was compiled
     # Why there is no value: the process that did the work was ended, again and again.
     lost: str = ""
 
@@ -184,6 +185,8 @@ class Executor(ABC):
     """
 
     workers = 1  # how many jobs are done at a time
+    # Whether this process does them, so that a compilation would spoil the times of the others.
+    is_here = False
 
     def __init__(self) -> None:
         self._waiting: deque[Job] = deque()
@@ -203,19 +206,20 @@ class Executor(ABC):
 class SerialExecutor(Executor):
     """Does one job after the other in this process."""
 
+    is_here = True
+
     def finished(self) -> Iterator[Done]:
         """Yield each job when it is done."""
         while self._waiting:
             job = self._waiting.popleft()
-            value, seconds = timed(job.work, job.arguments)
-            yield Done(job, value, seconds)
+            yield Done(job, *timed(job.work, job.arguments))
 
 
-def timed(work: Callable[..., Any], arguments: tuple[Any, ...]) -> tuple[Any, float]:
-    """Do the work and return its value with its wall time."""
+def timed(work: Callable[..., Any], arguments: tuple[Any, ...]) -> tuple[Any, float, float]:
+    """Do the work; return its value, its wall time, and the part of it that its value calls so."""
     start = time.perf_counter()
     value = work(*arguments)
-    return value, time.perf_counter() - start
+    return value, time.perf_counter() - start, getattr(value, "compile_seconds", 0.0)
 
 
 def executor_for(workers: int = 1, scheduler: str | None = None) -> Executor:

@@ -69,6 +69,7 @@ class ProcessExecutor(Executor):
         self._tried: Counter[str] = Counter()
         self._suspects: deque[Job] = deque()
         self._running: dict[Future[Any], Job] = {}
+        self._pool: ProcessPoolExecutor | None = None  # that of the last job
         self._budget = 0.0
         self._from_the_end = False
         self._used: set[str] = set()  # methods that some process has compiled
@@ -87,7 +88,7 @@ class ProcessExecutor(Executor):
                 for future in ended:
                     job = self._running.pop(future)
                     try:
-                        value, seconds = future.result()
+                        answer = future.result()
                     except BrokenExecutor as error:
                         self._tried[job.key] += 1
                         if self._tried[job.key] < ATTEMPTS:
@@ -100,17 +101,17 @@ class ProcessExecutor(Executor):
                         yield Done(job, lost=lost)
                     else:
                         self._used.add(job.kind.method)
-                        yield Done(job, value, seconds)
+                        yield Done(job, *answer)
         finally:
             self.end()
 
-    def end(self) -> None:
-        """End the processes in the middle of their work.
+    def end(self, *, idle: bool = False) -> None:
+        """End the processes in the middle of their work; where they are `idle`, too, if asked.
 
         loky forgets what it was given and then looks for what it has not handed to a process yet: a
         KeyError in its thread. So first all is handed over, which takes it milliseconds.
         """
-        if not self._running:
+        if self._pool is None or not (self._running or idle):
             return
         end = time.monotonic() + _HAND_OVER
         while time.monotonic() < end and not all(
@@ -118,24 +119,7 @@ class ProcessExecutor(Executor):
         ):
             time.sleep(0.001)
         self._running.clear()
-        self._pool().shutdown(wait=True, kill_workers=True)
-
-    def close(self) -> None:
-        """End the processes, also those that wait for work: later work starts others."""
-        self.end()
-        self._pool().shutdown(wait=True, kill_workers=True)
-
-    def _pool(self) -> ProcessPoolExecutor:
-        """Return the processes; new ones where they were broken, or know other methods."""
-        from comparisons.methods.user.external import VARIABLE, announced
-
-        return get_reusable_executor(
-            max_workers=self.workers,
-            timeout=_IDLE,
-            initializer=_begin,
-            initargs=(os.getpid(), folder()),
-            env=dict.fromkeys(ONE_THREAD, "1") | {VARIABLE: announced(), SHARED: folder()},
-        )
+        self._pool.shutdown(wait=True, kill_workers=True)
 
     def _start(self) -> None:
         if not self._running:
@@ -147,8 +131,8 @@ class ProcessExecutor(Executor):
                 return
             try:
                 with _deaf_to_control_c():
-                    future = self._pool().submit(timed, job.work, job.arguments)
-                    self._running[future] = job
+                    self._pool = _processes(self.workers)
+                    self._running[self._pool.submit(timed, job.work, job.arguments)] = job
             except BrokenExecutor:
                 # An idle process was ended just now: nobody's fault, and the next pool is whole.
                 self._waiting.appendleft(job)
@@ -177,6 +161,19 @@ class ProcessExecutor(Executor):
         job = self._waiting[place]
         del self._waiting[place]
         return job
+
+
+def _processes(workers: int) -> ProcessPoolExecutor:
+    """Return the processes; new ones where they were broken, or know other methods."""
+    from comparisons.methods.user.external import VARIABLE, announced
+
+    return get_reusable_executor(
+        max_workers=workers,
+        timeout=_IDLE,
+        initializer=_begin,
+        initargs=(os.getpid(), folder()),
+        env=dict.fromkeys(ONE_THREAD, "1") | {VARIABLE: announced(), SHARED: folder()},
+    )
 
 
 @contextmanager

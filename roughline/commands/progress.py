@@ -65,9 +65,8 @@ def watching(report: float = 0.0) -> Iterator[Watch]:
 
         def watch(campaign: Campaign[Any, Any], done: Done | None) -> None:
             nonlocal said
-            seconds = 0.0 if done is None else getattr(done.value, "compile_seconds", 0.0)
-            if done is not None and seconds > COMPILED:
-                say(compiled(done.job.kind.method, seconds))
+            if done is not None and done.compile_seconds > COMPILED:
+                say(compiled(done.job.kind.method, done.compile_seconds))
             kind = None if done is None else done.job.kind
             task = f"{kind.scene} {kind.method} {kind.resolution}" if kind else ""
             text, (solved, total) = progress(campaign, report), campaign.counts

@@ -355,7 +355,7 @@ def test_two_processes_compile_every_kind_once_and_are_gone_when_solves_begin(co
     done = list(execution.compile_ahead(cold))
     methods = sorted(outcome.job.kind.method for outcome in done)
     assert methods == ["bem_dense", "bem_fft", "closed_form", "reduced"]
-    assert all(outcome.value.compile_seconds == outcome.seconds > 0 for outcome in done)
+    assert all(outcome.compile_seconds == outcome.seconds > 0 for outcome in done)
     (finest,) = (outcome.job for outcome in done if outcome.job.kind.method == "bem_fft")
     assert finest.kind.resolution == 16  # the first that a run solves
     after = set(psutil.Process().children(recursive=True)) - before
@@ -378,7 +378,7 @@ class Recording(SerialExecutor):
             yield Done(job, {}, 2.0)
         yield Done(self._waiting[-1], lost="killed")
 
-    def close(self):
+    def end(self, *, idle=False):
         """End no process."""
 
 

@@ -116,7 +116,7 @@ def test_half_of_the_jobs_are_the_last_ones(monkeypatch):
             given.append(arguments[0])
             return Future()
 
-    monkeypatch.setattr(executor, "_pool", Pool)
+    monkeypatch.setattr(processes, "_processes", lambda workers: Pool())
     executor.add(Job(str(k), pow, (k, 2)) for k in range(9))
     assert given == [0, 8, 1, 7]
 
@@ -267,7 +267,7 @@ def test_a_job_that_is_handed_over_when_a_ctrl_c_comes_is_known_to_be_under_way(
             return Future()
 
     executor, job = ProcessExecutor(1), Job("one", pow)
-    monkeypatch.setattr(executor, "_pool", Pool)
+    monkeypatch.setattr(processes, "_processes", lambda workers: Pool())
     with pytest.raises(KeyboardInterrupt):
         executor.add([job])
     assert list(executor._running.values()) == [job]
