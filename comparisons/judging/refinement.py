@@ -21,7 +21,7 @@ from comparisons.formatting import relative
 from comparisons.judging.levels import Levels, allocate, variances, within_budget
 from comparisons.judging.metrics import rms_and_maximum
 from comparisons.judging.truth import choose_truth
-from comparisons.solving.jobs import Kind
+from comparisons.solving.jobs import JobKind
 from comparisons.solving.plan import Effort, Plan, surface_cost
 from comparisons.solving.planning import refusal
 from comparisons.tasks.solution import Solved
@@ -104,7 +104,7 @@ _NORMAL = 1.96
 _LEAST_PART = 0.05
 
 
-def expected(plan: Plan, effort: Effort) -> list[Kind]:
+def expected(plan: Plan, effort: Effort) -> list[JobKind]:
     """Return the jobs that a plan typically adds to its pilots: surfaces for all its budget."""
     grid = next((m for m in plan.methods if m.method == GRID and m.numbers), None)
     if grid is None:
@@ -114,7 +114,7 @@ def expected(plan: Plan, effort: Effort) -> list[Kind]:
     coarsest = grid.resolutions[0]
     block = plan.block(GRID, coarsest)
     blocks = (most - float(cost @ np.array(grid.numbers))) / (float(cost[0]) * block)
-    return [Kind(plan.scene.name, GRID, coarsest, block, sort="rough")] * int(blocks)
+    return [JobKind(plan.scene.name, GRID, coarsest, block, sort="rough")] * int(blocks)
 
 
 def enlarged(plan: Plan, solved: Solved, effort: Effort) -> Plan:

@@ -21,7 +21,7 @@ from comparisons import formatting as fmt
 from comparisons.facts.quantities import QUANTITIES, quantity
 
 WITHIN, OUTSIDE, NOT_RESOLVED, NO_RESULT = "within", "outside", "not resolved", "no result"
-LAST_LOAD, NEVER = "last load", "never"
+LAST_LOAD = "last load"
 NAN = math.nan
 # A number that JSON has as null where it is not known.
 Number = Annotated[float, BeforeValidator(lambda value: NAN if value is None else value)]
@@ -100,9 +100,9 @@ class Verdict:
     counts: bool = True
     # False for a quantity that this method does not compute: a dash, no verdict on the method.
     offered: bool = True
-    # Load steps, from 1, at which the one surface of a map is outside the band of single lines, or
-    # "never"; "" where there is no such band. The error is that of the lines' mean.
-    outside_band: str = ""
+    # Load steps, from 0, at which the one surface of a map is outside the band of single lines;
+    # None where there is no such band. The error is that of the lines' mean.
+    outside_band: tuple[int, ...] | None = None
     # 5 and 95 % quantiles of single realisations' errors, at the step where they reach furthest.
     single_low: Number = NAN
     single_high: Number = NAN
@@ -116,11 +116,11 @@ class Verdict:
     @property
     def band(self) -> str:
         """Where the one surface of a map lies, among 90 % of single lines or beyond, and when."""
-        if not self.outside_band:
+        if self.outside_band is None:
             return ""
-        if self.outside_band == NEVER:
+        if not self.outside_band:
             return "within the scatter of single lines"
-        steps = [int(step) for step in self.outside_band.split()]
+        steps = [step + 1 for step in self.outside_band]
         if self.steps == 1:
             return "beyond the scatter of single lines"
         if len(steps) == 1:

@@ -79,7 +79,7 @@ def run_for_check(
         names = done.rows["realisation"]
         means = done.rows.where(names == MEAN) if MEAN in names else done.rows
         kept.append(replace(done, rows=means, distributions=NO_ROWS, fields={}, verdicts=()))
-    return replace(record, scenes=tuple(kept))
+    return record.model_copy(update={"scenes": tuple(kept)})
 
 
 def drift(
@@ -202,5 +202,6 @@ def check_against(
         new = {scene.name for scene in now.scenes}
         kept = tuple(scene for scene in old if scene.name not in new)
         baseline.mkdir(parents=True, exist_ok=True)
-        save_study(replace(now, scenes=(*kept, *now.scenes), directory=baseline))
+        scenes = *kept, *now.scenes
+        save_study(now.model_copy(update={"scenes": scenes, "directory": baseline}))
     return findings

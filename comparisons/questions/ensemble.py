@@ -26,7 +26,7 @@ from comparisons.results.folder import Header, Layout, Run
 from comparisons.scene.scene import Scene
 from comparisons.solving.execution import compile_apart, execute, this_machine, warm_up
 from comparisons.solving.inquiries import Inquiry, value_of
-from comparisons.solving.jobs import Archive, Job, Kind
+from comparisons.solving.jobs import Archive, Job, JobKind
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene, single_resolution
 from comparisons.tasks.solution import REALISATIONS, Solution
@@ -198,7 +198,7 @@ def bundle_job(task: Task, surfaces: range) -> Job:
     block = tuple(surfaces[: solver.block(task.resolution)])
     memory = solver.memory(replace(task, realisations=block))
     memory += _BYTES * len(surfaces) * len(task.loads.values)
-    kind = replace(Kind.of(task), realisations=len(surfaces), timed=False)
+    kind = replace(JobKind.of(task), realisations=len(surfaces), timed=False)
     named = identity(task)
     setting, _, digest = named.rpartition("-0-")
     key = f"{setting}-{surfaces.start}-{digest}"

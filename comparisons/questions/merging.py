@@ -95,7 +95,8 @@ def merge(directories: Iterable[Path], out: Path, command: str = "", files: Path
         # An interrupted run lists only the scenes that it had started; there may be more.
         interrupted = any(run.interrupted for run in runs)
         parts = tuple(_parts(runs))
-        study.save(replace(together, seconds=seconds, runs=parts, interrupted=interrupted))
+        own = {"seconds": seconds, "runs": parts, "interrupted": interrupted}
+        study.save(together.model_copy(update=own))
     study.directory = out
     return study
 

@@ -24,7 +24,7 @@ from comparisons.results.record import FIELDS_FOLDER, StudyRecord
 from comparisons.results.scene_record import record_scene
 from comparisons.solving.execution import compile_ahead, compile_apart, execute
 from comparisons.solving.inquiries import SOLUTION, Inquiry, solve_job
-from comparisons.solving.jobs import Done, Job, Kind, Remaining
+from comparisons.solving.jobs import Done, Job, JobKind, Remaining
 from comparisons.solving.plan import Effort, Plan
 from comparisons.tasks.shown_loads import SHOWN_ONLY, shown
 from comparisons.tasks.solution import REALISATIONS, Solution, Solved, save_solution
@@ -63,7 +63,7 @@ class Study(Campaign[None, StudyRecord]):
         self._merged: tuple[Run, ...] = ()
         self._begun = False
         # Scenes whose numbers of surfaces are not chosen yet, and what these will add.
-        self._expected: dict[int, list[Kind]] = {}
+        self._expected: dict[int, list[JobKind]] = {}
         self._own: dict[str, Task] = {}  # tasks of this part that were asked for
 
     def inquiries(self) -> dict[str, Inquiry[None]]:
@@ -162,8 +162,8 @@ class Study(Campaign[None, StudyRecord]):
             scenes.append(record_scene(plan, self.solved(plan), fields, prove=prove))
         seconds = header.seconds + time.perf_counter() - started
         return StudyRecord(
+            **header.model_dump() | {"seconds": seconds},
             directory=self.directory,
-            **header.model_copy(update={"seconds": seconds}).model_dump(),
             scenes=tuple(scenes),
             source=source_digest(),
             part=f"{self.part[0]}/{self.part[1]}" if self._is_part else "",

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, ParamSpec, TypeVar
 
 import numpy as np
-from pydantic import ConfigDict, Field, FiniteFloat, PlainSerializer, PlainValidator, ValidationInfo
+from pydantic import ConfigDict, Field, PlainSerializer, PlainValidator, ValidationInfo
 
 from comparisons.errors import ResultsError
 from comparisons.facts.methods import (
@@ -36,7 +36,7 @@ from comparisons.formatting import count
 from comparisons.judging.truth import Reference
 from comparisons.judging.verdicts import LAST_LOAD, NO_RESULT, Verdict
 from comparisons.reasons import STEEP
-from comparisons.results.folder import Run
+from comparisons.results.folder import Header, Run
 from comparisons.results.rows import NO_ROWS, Rows
 from comparisons.scene.half_space import DEPTH_KEYS
 from comparisons.scene.loading import PATHS
@@ -492,19 +492,12 @@ def is_calibrated(tables: Mapping[str, Any], name: str) -> bool:
     return name in (ROUGH_SURFACES if "surface" in tables else SINGLE_CONTACTS)
 
 
-@dataclass(frozen=True)
-class StudyRecord:
+class StudyRecord(Header):
     """A whole results folder."""
 
-    created: str  # ISO date and time of the run
-    command: str  # the command line that made it
     effort: Literal["quick", "full"]
-    seconds: FiniteFloat  # wall time of the study, with that of the runs it resumed
-    # ``system``, ``processor``, ``cores``, ``memory`` (bytes), ``threads``.
-    machine: dict[str, str | int | float | None]
-    versions: dict[str, str]  # package name -> version
+    interrupted: bool = False
     scenes: tuple[SceneRecord, ...]
-    interrupted: bool = False  # True where the run was stopped before all solves were done
     source: str = ""  # digest of roughline's own source
     part: str = ""  # "K/N" where only this part of the tasks was solved here
     runs: tuple[Run, ...] = ()  # the runs that were merged

@@ -30,7 +30,7 @@ from comparisons.judging.truth import (
     verified,
 )
 from comparisons.judging.uncertainty import combined
-from comparisons.judging.verdicts import LAST_LOAD, NAN, NEVER, NO_RESULT, OUTSIDE, Verdict, judged
+from comparisons.judging.verdicts import LAST_LOAD, NAN, NO_RESULT, OUTSIDE, Verdict, judged
 from comparisons.methods.normal.proved import enclosures_asked_for
 from comparisons.reasons import UNJUDGED
 from comparisons.results.advice import advise
@@ -45,8 +45,9 @@ MOST_REALISATIONS = 450
 # On grids that are coarser than the finest, of which nothing draws a band.
 MOST_COARSE = 20
 BARS = "reference_uncertainty"
-# Beginnings of the columns of errors, bars and times.
-SHORT = ("error_", BARS, "seconds", "setup_seconds", "compile_seconds")
+TIMES = ("seconds", "setup_seconds", "seconds_all", "setup_seconds_all", "compile_seconds")
+# The columns of errors, bars and times.
+SHORT = {BARS, *TIMES, *(f"{start}_{name}" for start in ("error", BARS) for name in CURVES)}
 # Of values of single surfaces, and of their errors: their scatter is in the second.
 DIGITS, ERROR_DIGITS = 8, 5
 
@@ -93,7 +94,7 @@ def record_scene(
     # Eight digits of errors, bars and times do, and make a quarter of the file less; absurd ones
     # are beyond single precision. By their decimals they are what will be read back.
     for name in table:
-        if name.startswith(SHORT) and not (table[name].abs() > 1e37).any():
+        if name in SHORT and not (table[name].abs() > 1e37).any():
             table[name] = table[name].astype(np.float32).astype(str).astype(float)
     # The columns of the machine come last, as far as no solution knows its own.
     for name, value in {"threads": THREADS, "machine": this_machine()}.items():
@@ -120,7 +121,9 @@ def record_scene(
         fields=dict(fields or {}),
     )
     record = replace(record, verdicts=explained(record))
-    return replace(record, answer=advise(record).sentence)
+    record = replace(record, answer=advise(record).sentence)
+    vars(record)["scene"] = scene  # what was just solved is not read from its text again
+    return record
 
 
 def reference_of(
@@ -301,9 +304,7 @@ def _verdicts(
             errors = truth.errors(curves, name, at, solution.valueless_steps)
             bars = combined(*truth.error_sources(levels, resolution, name, at).values())
             single = single_errors(truth.errors(solution.quantities, name, at))
-            band = {}
-            if beyond is not None and at == main_axis(truth.axis, name):
-                band = {"outside_band": " ".join(str(k + 1) for k in beyond) or NEVER}
+            band = {"outside_band": beyond} if at == main_axis(truth.axis, name) else {}
             own = {}
             if plan.loads.is_path:
                 own = over_own_value(errors, bars, truth.curves[name], plan.scene.compare.tolerance)
@@ -346,7 +347,9 @@ def single_errors(errors: np.ndarray) -> dict[str, float]:
     return {"single_low": ends[0], "single_high": ends[1], "single_step": step}
 
 
-def steps_outside(judged: Levels, resolution: int, truth: Truth, name: str) -> list[int] | None:
+def steps_outside(
+    judged: Levels, resolution: int, truth: Truth, name: str
+) -> tuple[int, ...] | None:
     """Return the load steps, from 0, at which the surface is outside the band of the lines.
 
     By more than the bar of its value. None where there is no such band.
@@ -362,7 +365,7 @@ def steps_outside(judged: Levels, resolution: int, truth: Truth, name: str) -> l
     value = truth.curves[name]
     bar = np.abs(value) * np.nan_to_num(truth.bar(name), nan=np.inf)
     beyond = (value - bar > high) | (value + bar < low)
-    return [int(step) for step in np.flatnonzero(beyond)]
+    return tuple(np.flatnonzero(beyond).tolist())
 
 
 NOT_COMPUTED = "not computed by the method"

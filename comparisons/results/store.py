@@ -25,11 +25,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
-from pydantic import TypeAdapter, ValidationError
+from pydantic import ValidationError
 
 from comparisons.errors import ResultsError
 from comparisons.facts.quantities import CURVES, NORMAL, in_order, quantity
-from comparisons.files import write_atomically, write_table, write_text
+from comparisons.files import write_atomically, write_table
 from comparisons.machine import source_digest
 from comparisons.results import rows
 from comparisons.results.folder import RECORDS
@@ -56,22 +56,19 @@ _AS_WRITTEN: dict[str, Any] = {
 }
 
 
-_FORM = TypeAdapter(StudyRecord)
-
-
 def save_study(record: StudyRecord) -> None:
     """Write study.json and the tables that are read back (fields are there already).
 
     A kill in between leaves an interrupted run, never tables beside the verdicts of another state.
     """
     root = record.directory
-    begun = replace(record, scenes=(), interrupted=True)
-    write_text(root / STUDY, _FORM.dump_json(begun, indent=1).decode())
+    begun = record.model_copy(update={"scenes": (), "interrupted": True})
+    begun.write(root / STUDY)
     for name, (kind, _) in TABLES.items():
         table = stacked(record, [getattr(scene, kind).frame() for scene in record.scenes])
         if len(table) or name != DISTRIBUTIONS:
             write_table(root / name, table)
-    write_text(root / STUDY, _FORM.dump_json(record, indent=1).decode())
+    record.write(root / STUDY)
 
 
 def stacked(record: StudyRecord, tables: list[pd.DataFrame]) -> pd.DataFrame:
@@ -85,7 +82,8 @@ def read_study(root: Path) -> StudyRecord:
     """Read study.json alone, without the tables; ResultsError as `load_study`."""
     try:
         text = (root / STUDY).read_text(encoding="utf-8")
-        return replace(_FORM.validate_json(text, strict=True, context=root), directory=root)
+        record = StudyRecord.model_validate_json(text, strict=True, context=root)
+        return record.model_copy(update={"directory": root})
     except ValidationError as error:
         problems = first_problems(error, STUDY)
         source = re.search(r'^ "source": "([0-9a-f]{64})"', text, re.MULTILINE)
@@ -131,7 +129,7 @@ def load_study(directory: str | Path) -> StudyRecord:
     for scene in record.scenes:
         own: dict[str, Any] = {k: t.where(t["scene"] == scene.name) for k, t in tables.items()}
         scenes.append(replace(scene, **own))
-    return replace(record, scenes=tuple(scenes))
+    return record.model_copy(update={"scenes": tuple(scenes)})
 
 
 def _hash(text: str) -> str:
@@ -139,6 +137,7 @@ def _hash(text: str) -> str:
 
 
 MEASURES, TO_TAKE = "measures.csv", "curves.csv"
+NEVER = "never"  # a surface leaves the band of single lines
 # Of a setting: what its solves cost. Of a verdict: its numbers.
 COST = (
     *("surfaces", "seconds", "setup_seconds", "seconds_all", "setup_seconds_all"),
@@ -146,7 +145,7 @@ COST = (
 )
 NUMBERS = (
     *("uncertainty", "word", "step", "steps", "low", "high"),
-    *("single_low", "single_high", "single_step", "outside_band"),
+    *("single_low", "single_high", "single_step"),
 )
 
 
@@ -181,8 +180,14 @@ def measures(scene: SceneRecord) -> pd.DataFrame:
             | {"error": item.error if item.signed else np.nan}
             | {name: getattr(item, name) for name in NUMBERS}
             | {"single_step": item.single_step if item.single_step >= 0 else np.nan}
+            | {"outside_band": _listed(item.outside_band)}
         )
     return Rows.of(pd.DataFrame(table).rename(columns={"word": "verdict"})).frame()
+
+
+def _listed(steps: tuple[int, ...] | None) -> str:
+    """Return load steps as a column has them, "" where there can be none."""
+    return "" if steps is None else " ".join(map(str, steps)) or NEVER
 
 
 def curves(scene: SceneRecord) -> pd.DataFrame:

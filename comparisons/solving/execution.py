@@ -35,7 +35,7 @@ from comparisons.methods.registry import planned_solver
 from comparisons.methods.runner import in_words, run
 from comparisons.methods.solver import Solver
 from comparisons.methods.user.external import add_announced
-from comparisons.solving.jobs import REPEAT_SECONDS, REPEATS, Done, Job, Kind
+from comparisons.solving.jobs import REPEAT_SECONDS, REPEATS, Done, Job, JobKind
 from comparisons.solving.shared import alone
 from comparisons.tasks.shown_loads import earlier_fields
 from comparisons.tasks.solution import Solution
@@ -235,7 +235,7 @@ def compile_ahead(tasks: Sequence[Task]) -> Iterator[Done]:
             executor = ProcessExecutor(2)
             at_the_end.callback(executor.end, idle=True)
             executor.add(
-                Job(str(mark), compile_for, (task,), kind=Kind.of(task))
+                Job(str(mark), compile_for, (task,), kind=JobKind.of(task))
                 for mark, task in lines_first
                 if not mark.exists()
             )

@@ -23,7 +23,7 @@ from comparisons.solving.jobs import (
     Executor,
     Forecast,
     Job,
-    Kind,
+    JobKind,
     Remaining,
     SerialExecutor,
 )
@@ -78,7 +78,7 @@ class Inquiries(Generic[A]):
         """How many jobs are done, and how many there are so far: inquiries may ask for more."""
         return len(self._done), len(self._done) + len(self._open)
 
-    def remaining(self, expected: Iterable[Kind] = ()) -> Remaining:
+    def remaining(self, expected: Iterable[JobKind] = ()) -> Remaining:
         """Return the remaining time, with that of jobs that are expected to be asked for."""
         kinds = [*expected, *(job.kind for job in self._open.values())]
         return self._forecast.remaining(kinds, self._executor.workers)
@@ -225,7 +225,7 @@ SOLUTION = Archive(
 def solve_job(task: Task, work: Callable[[Task], Any]) -> Job:
     """Return a solve as a job of a campaign."""
     memory = planned_solver(task).memory(task)
-    return Job(task.key, work, (task,), memory, Kind.of(task), SOLUTION)
+    return Job(task.key, work, (task,), memory, JobKind.of(task), SOLUTION)
 
 
 def curves_of(task: Task) -> Solution:

@@ -30,7 +30,7 @@ AS_USUAL = 0.1
 
 
 @dataclass(frozen=True)
-class Kind:
+class JobKind:
     """The properties on which the time of a job depends."""
 
     # What is solved and how; of a measurement that is no scene, the claim and the experiment.
@@ -43,7 +43,7 @@ class Kind:
     sort: Sort = "single"
 
     @classmethod
-    def of(cls, task: Task) -> Kind:
+    def of(cls, task: Task) -> JobKind:
         """Return the kind of a solve."""
         scene, of = task.scene, task.realisations
         # at other ranges equilibria are traced instead, and a flat face lets go as a whole
@@ -101,7 +101,7 @@ class Job:
     # Estimate of the peak memory in bytes that the work takes beyond what a process with all
     # packages has; 0 is "little".
     memory: float = 0.0
-    kind: Kind = field(default_factory=Kind)  # what its time depends on
+    kind: JobKind = field(default_factory=JobKind)  # what its time depends on
     archive: Archive | None = None  # how a folder keeps its answer
 
 
@@ -142,7 +142,7 @@ class Forecast:
     def __init__(self) -> None:
         self._done: dict[tuple[str | int, ...], _Spent] = {(): _Spent()}
 
-    def learn(self, kind: Kind, seconds: float, solving: float = math.inf) -> None:
+    def learn(self, kind: JobKind, seconds: float, solving: float = math.inf) -> None:
         """Record the cost of a job without compilation, and the time of one of its solves."""
         if not math.isfinite(seconds):
             return
@@ -155,7 +155,7 @@ class Forecast:
             done.solving += solving
             done.usual += kind.usual_seconds
 
-    def cost(self, kind: Kind) -> float | None:
+    def cost(self, kind: JobKind) -> float | None:
         """Return the estimated seconds of a job, or None if unknown."""
         like = next((self._done[group] for group in kind.groups if group in self._done), None)
         if like is None:
@@ -163,7 +163,7 @@ class Forecast:
         pace = like.solving / like.usual
         return like.beside / like.jobs + _repeated(pace * kind.usual_seconds, kind)
 
-    def remaining(self, kinds: Iterable[Kind], workers: int) -> Remaining:
+    def remaining(self, kinds: Iterable[JobKind], workers: int) -> Remaining:
         """Return the remaining time; complete if one of each method and sort was done."""
         asked = list(kinds)
         estimates = [cost for cost in map(self.cost, asked) if cost is not None]
@@ -173,7 +173,7 @@ class Forecast:
         return Remaining(seconds, complete, self._done[()].solving / self._done[()].usual)
 
 
-def _repeated(solving: float, kind: Kind) -> float:
+def _repeated(solving: float, kind: JobKind) -> float:
     return max(solving, min(REPEATS * solving, REPEAT_SECONDS)) if kind.timed else solving
 
 

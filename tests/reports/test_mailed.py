@@ -28,7 +28,9 @@ def test_many_scenes_share_the_room(study, tmp_path):
     scenes = tuple(
         replace(study.scenes[k % 2], name=f"{study.scenes[k % 2].name}-{k}") for k in range(30)
     )
-    page = write_mailed(replace(study, scenes=scenes), tmp_path).read_text(encoding="utf-8")
+    page = write_mailed(study.model_copy(update={"scenes": scenes}), tmp_path).read_text(
+        encoding="utf-8"
+    )
     assert len(page) < MEGABYTE
 
 

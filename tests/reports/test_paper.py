@@ -124,7 +124,9 @@ def test_single_results_are_drawn_too_and_unknown_plots_are_answered_with_the_kn
 def small(study, tmp_path_factory):
     """Return one scene and one quantity of the study, as a folder of its own: fonts take time."""
     scene = replace(study.scenes[0], quantities=("force",), fields={})
-    short = replace(study, directory=tmp_path_factory.mktemp("small"), scenes=(scene,))
+    short = study.model_copy(
+        update={"directory": tmp_path_factory.mktemp("small"), "scenes": (scene,)}
+    )
     save_study(short)
     return short
 
@@ -208,7 +210,7 @@ def test_of_one_load_there_are_errors_and_no_curves_and_that_is_said(ball, study
     assert list(panels(one)) == [file_name(key) for key in keys]
     labels = [axes.get_ylabel().replace("\n", " ") for axes in overview(one).axes]
     assert labels == ["largest error of contact area", "largest error of force"]
-    write_paper(replace(study, scenes=(one,)), tmp_path, ("png",))
+    write_paper(study.model_copy(update={"scenes": (one,)}), tmp_path, ("png",))
     assert "One load: no curves" in (tmp_path / "index.md").read_text(encoding="utf-8")
 
 
@@ -292,7 +294,7 @@ def test_a_scene_without_errors_has_only_curves(rough):
 
 def test_a_run_without_results_makes_no_empty_tables(study, tmp_path):
     with pytest.raises(InputError, match="no scene has results"):
-        write_paper(replace(study, scenes=()), tmp_path / "out")
+        write_paper(study.model_copy(update={"scenes": ()}), tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
@@ -302,7 +304,7 @@ def test_methods_that_lost_every_solve_and_scenes_without_a_truth_leave_tables(s
     lost = whole.rows.where(np.isnan(whole.rows["step"]))
     scene = replace(whole, rows=lost, verdicts=(), reference=NO_REFERENCE)
     scene = replace(scene, verdicts=explained(scene))
-    written = write_paper(replace(study, scenes=(scene,)), tmp_path / "out")
+    written = write_paper(study.model_copy(update={"scenes": (scene,)}), tmp_path / "out")
     assert not [path for path in written if path.suffix == ".pdf"]
     verdicts = (tmp_path / "out" / "verdicts.md").read_text(encoding="utf-8")
     assert "| contact area | – | – |" in verdicts

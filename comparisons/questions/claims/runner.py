@@ -64,7 +64,7 @@ from comparisons.questions.experiments.experiment import Effort
 from comparisons.reasons import one_line
 from comparisons.results.folder import Header, Layout
 from comparisons.solving.inquiries import A, Inquiry, answer_of, together, value_of
-from comparisons.solving.jobs import Archive, Done, Job, Kind
+from comparisons.solving.jobs import Archive, Done, Job, JobKind
 
 MEASUREMENTS = "measurements"
 COPIED = {
@@ -297,15 +297,19 @@ def mapped(claim: Claim, under: Under, effort: Effort) -> Inquiry[MapRecord | No
     )
 
 
-def measured_under(claim: Claim, effort: Effort) -> Under:
-    """Return the measurement of a claim, for a setting of its nuisance parameters."""
+def measured_under(claim: Claim, effort: Effort, spent: dict[str, float]) -> Under:
+    """Return the measurement of a claim, for a setting of its nuisance parameters.
+
+    The seconds of each job are put into `spent`, by its key.
+    """
 
     def under(setting: Setting) -> Measure:
         there = claim.under(setting)
 
         def measure(value: float | None) -> Inquiry[Measurement]:
-            measured, seconds = yield from priced(_measured(there, value, effort))
-            measured = replace(measured, seconds=seconds)
+            measured, own = yield from priced(_measured(there, value, effort))
+            spent.update(own)
+            measured = replace(measured, seconds=math.fsum(own.values()))
             return measured if claim.factor is None else as_factor(measured)
 
         return measure
@@ -318,28 +322,24 @@ def judge_claim(claim: Claim, effort: Effort) -> ClaimRecord:
     return answer_of(judged_claim(claim, effort))
 
 
-def judged_claim(claim: Claim, effort: Effort) -> Inquiry[ClaimRecord]:
-    """Request a claim's solves; return the verdict, measurements and what all of it took."""
-    record, seconds = yield from priced(_judged_claim(claim, effort))
-    return record.model_copy(update={"seconds": seconds})
-
-
-def priced(inquiry: Inquiry[A]) -> Inquiry[tuple[A, float]]:
-    """Return the answer of an inquiry and the seconds of its jobs, each counted once."""
+def priced(inquiry: Inquiry[A]) -> Inquiry[tuple[A, dict[str, float]]]:
+    """Return the answer of an inquiry, and the seconds of its jobs by their keys."""
     seconds: dict[str, float] = {}
     done: Mapping[str, Done] | None = None
     while True:
         try:
             jobs = next(inquiry) if done is None else inquiry.send(done)
         except StopIteration as end:
-            return end.value, math.fsum(seconds.values())
+            return end.value, seconds
         done = yield jobs
         for job in jobs:  # what a method times itself is NaN where it has no answer
             seconds[job.key] = float(np.nan_to_num(getattr(done[job.key].value, "seconds", 0.0)))
 
 
-def _judged_claim(claim: Claim, effort: Effort) -> Inquiry[ClaimRecord]:
-    under = measured_under(claim, effort)
+def judged_claim(claim: Claim, effort: Effort) -> Inquiry[ClaimRecord]:
+    """Request a claim's solves; return the verdict, measurements and what all of it took."""
+    spent: dict[str, float] = {}
+    under = measured_under(claim, effort, spent)
     points = yield from along(claim, under(claim.as_stated), effort)
     nuisances: Sequence[NuisanceRecord] = ()
     draws: Sequence[PointRecord] = ()
@@ -390,7 +390,7 @@ def _judged_claim(claim: Claim, effort: Effort) -> Inquiry[ClaimRecord]:
             if (text := point.details.get(DISAGREE))
         ],
         command=_repeats(claim, effort),
-        seconds=0.0,
+        seconds=math.fsum(spent.values()),
         effort=effort,
         digest=digest_of(claim) if effort == "full" else "",
     )
@@ -447,7 +447,7 @@ def _measured(claim: Claim, value: float | None, effort: Effort) -> Inquiry[Meas
             measure_experiment,
             (claim.experiment, value, effort, claim.parameters),
             MEMORY,
-            Kind(claim.id, claim.experiment),
+            JobKind(claim.id, claim.experiment),
             MEASUREMENT,
         )
         done = yield [job]

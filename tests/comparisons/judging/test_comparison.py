@@ -92,6 +92,14 @@ def test_too_large_a_force_is_a_positive_error_at_equal_penetration(plan):
     assert rows["step"].tolist() == [0, 1, 2, 3]
 
 
+def test_a_quantity_keeps_its_digits_whatever_it_is_called(plan):
+    """Errors, bars and times are rounded; a user's own quantity is none of them."""
+    exact = solution(hertz() | {"seconds_of_contact": DEPTHS / 3}, seconds=1 / 3)
+    rows = rows_of(compare(plan, {("closed_form", 1): exact}), "closed_form")
+    assert rows["seconds_of_contact"].tolist() == (DEPTHS / 3).tolist()
+    assert set(rows["seconds"]) == {0.33333334}
+
+
 def test_too_large_a_force_is_too_small_a_penetration_at_equal_force(plan):
     """F' = 1.02 c d^(3/2): at equal force the method's d is 1.02^(-2/3) of the true one.
 

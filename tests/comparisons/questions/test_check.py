@@ -44,7 +44,7 @@ def with_model(record: StudyRecord, name: str, factor: float) -> StudyRecord:
     (scene,) = record.scenes
     rows = scene.rows.frame()
     rows.loc[rows["method"] == "reduced", name] *= factor
-    return replace(record, scenes=(replace(scene, rows=Rows.of(rows)),))
+    return record.model_copy(update={"scenes": (replace(scene, rows=Rows.of(rows)),)})
 
 
 @pytest.mark.slow
@@ -80,7 +80,7 @@ def test_a_scene_that_was_changed_is_not_blamed_on_the_code(before):
     """Another E in the scene's file moves model and truth alike; nothing of roughline did."""
     (own,) = before.scenes
     renamed, softer = (
-        replace(before, scenes=(replace(own, text=text),))
+        before.model_copy(update={"scenes": (replace(own, text=text),)})
         for text in (
             own.text.replace("[compare]", "[compare]\ntolerance = 0.02"),
             own.text.replace("youngs_modulus", "poisson_free_modulus"),
@@ -109,7 +109,7 @@ def test_a_quantity_that_vanished_is_a_drift(before):
 def test_update_shows_the_drift_and_keeps_other_scenes(before, tmp_path, monkeypatch):
     (scene,) = before.scenes
     other = replace(scene, name="other", rows=scene.rows.where(scene.rows["step"] < 0))
-    save_study(replace(before, scenes=(scene, other), directory=tmp_path))
+    save_study(before.model_copy(update={"scenes": (scene, other), "directory": tmp_path}))
     now = with_model(before, "force", 1.1)
     monkeypatch.setattr(check_module, "run_for_check", lambda *a: now)
     (moved,) = [f for f in check_against(tmp_path, update=True) if f.drifted]
@@ -148,6 +148,6 @@ def test_this_version_is_its_own_baseline():
 @pytest.mark.slow
 def test_the_command_ends_with_one_on_drift(before, tmp_path, capsys):
     stored = with_model(before, "force", 2.0)
-    save_study(replace(stored, directory=tmp_path))
+    save_study(stored.model_copy(update={"directory": tmp_path}))
     assert run_command(["check", "paraboloid", "--baseline", str(tmp_path)]) == 1
     assert "the reduced model moved" in capsys.readouterr().out

@@ -272,7 +272,7 @@ def test_twenty_other_draws_of_what_is_left_open_give_the_recorded_verdict(place
     claim, told = sampled()[place]
     # a quick run takes an eighth of the draws
     more = claim.model_copy(update={"draws": 8 * 20})
-    under = measured_under(more, "quick")
+    under = measured_under(more, "quick", {})
     sample = shares(more, "quick", seed=2026)
     draws = answer_of(together(drawn(more, share, under) for share in sample))
     assert len(draws) == 20

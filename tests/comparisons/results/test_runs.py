@@ -60,9 +60,15 @@ def study(tmp_path, *, factor=1.0, seconds=0.1, verdict="within", converged=True
         disagreements=(),
         rows=Rows.of(pd.DataFrame(rows)),
     )
-    told = {"machine": {"processor": "one"}, "versions": {"numpy": "2.0"}} | more
-    when = ("2026-01-01T00:00:00+00:00", "roughline run", "quick", 1.0)
-    return StudyRecord(*when, **told, scenes=(scene,), directory=tmp_path)
+    header = {
+        "created": "2026-01-01T00:00:00+00:00",
+        "command": "roughline run",
+        "effort": "quick",
+        "seconds": 1.0,
+        "machine": {"processor": "one"},
+        "versions": {"numpy": "2.0"},
+    }
+    return StudyRecord(**header | more, scenes=(scene,), directory=tmp_path)
 
 
 def reduced_change(before, after, **more):
@@ -127,7 +133,9 @@ def test_times_are_told_on_one_machine_only(tmp_path):
 def test_plots_of_two_runs_tell_a_time_once_and_have_few_ticks_of_one_unit(tmp_path):
     slow = study(tmp_path, seconds=0.2)
     tiny = replace(slow.scenes[0], verdicts=(replace(slow.scenes[0].verdicts[0], error=2e-12),))
-    plots = before_and_after(compare_runs(study(tmp_path), replace(slow, scenes=(tiny,))).changes)
+    plots = before_and_after(
+        compare_runs(study(tmp_path), slow.model_copy(update={"scenes": (tiny,)})).changes
+    )
     errors, times = plots
     (hover,) = [text for series in times.series for text in series.hover or () if "educed" in text]
     assert hover.endswith("100\u202fms before, 200\u202fms after; took longer")
@@ -140,7 +148,7 @@ def test_a_scene_that_was_only_laid_out_differently_is_the_same(tmp_path):
     runs = [study(tmp_path) for _ in range(2)]
     texts = "[loading]\nforce = [1.0, 2.0]\n", "[loading]\nforce = [\n  1.0,\n  2.0,\n]\n"
     laid_out = [
-        replace(run, scenes=(replace(run.scenes[0], text=text),))
+        run.model_copy(update={"scenes": (replace(run.scenes[0], text=text),)})
         for run, text in zip(runs, texts, strict=True)
     ]
     assert compare_runs(*laid_out).notes == ()
@@ -154,7 +162,7 @@ def scene_with(run, text, depths=DEPTHS, **more):
     }
     rows = scene.rows.where(np.isin(scene.rows["step"], list(steps))).frame()
     rows = Rows.of(rows.assign(step=rows["step"].map(steps)))
-    return replace(run, scenes=(replace(scene, text=text, rows=rows, **more),))
+    return run.model_copy(update={"scenes": (replace(scene, text=text, rows=rows, **more),)})
 
 
 def test_loads_are_matched_by_value_and_what_differs_is_named(tmp_path):
@@ -186,7 +194,7 @@ def test_what_all_solves_of_a_scene_do_alike_is_told_once(tmp_path):
     table = before.scenes[0].rows.frame()
     scaled = table.assign(force=table["force"] * np.sqrt(1.44))
     (scene,) = scene_with(before, text.format(0.0144)).scenes
-    after = replace(before, scenes=(replace(scene, rows=Rows.of(scaled)),))
+    after = before.model_copy(update={"scenes": (replace(scene, rows=Rows.of(scaled)),)})
     record = compare_runs(before, after)
     said = {name: told.replace("\u202f", " ") for name, told in record.alike.items()}
     assert said == {"ball": "ball: in all 2 solves force moved by +20 %"}
@@ -233,7 +241,9 @@ def test_paths_are_compared_until_they_part(tmp_path):
 def test_the_only_scenes_of_two_runs_are_compared_whatever_their_names(tmp_path):
     (scene,) = study(tmp_path, factor=1.1).scenes
     rows = Rows.of(scene.rows.frame().assign(scene="egg"))
-    renamed = replace(study(tmp_path), scenes=(replace(scene, name="egg", rows=rows),))
+    renamed = study(tmp_path).model_copy(
+        update={"scenes": (replace(scene, name="egg", rows=rows),)}
+    )
     record = compare_runs(study(tmp_path), renamed)
     assert record.notes == ("the scene is called ball in the first run and egg in the second",)
     assert [(change.scene, change.method) for change in record.failed] == [("ball", "reduced")]
@@ -243,7 +253,9 @@ def test_one_sentence_counts_the_solves_of_both_runs(tmp_path):
     """Times are no change of an answer."""
     other = replace(study(tmp_path).scenes[0], name="cone")
     before = study(tmp_path)
-    after = replace(study(tmp_path, seconds=9.0), scenes=(*study(tmp_path).scenes, other))
+    after = study(tmp_path, seconds=9.0).model_copy(
+        update={"scenes": (*study(tmp_path).scenes, other)}
+    )
     assert compare_runs(before, after).sentence == (
         "None of 2 solves in both runs changed an answer or a verdict; 2 more are in one run only"
     )
@@ -255,7 +267,7 @@ def test_versions_scenes_and_truths_that_differ_are_named(tmp_path):
     after = study(tmp_path, versions={"numpy": "3.0"})
     scene = replace(after.scenes[0], text="other", reference=Reference("fem", 6, ""))
     other = replace(after.scenes[0], name="cone")
-    record = compare_runs(study(tmp_path), replace(after, scenes=(scene, other)))
+    record = compare_runs(study(tmp_path), after.model_copy(update={"scenes": (scene, other)}))
     assert record.notes == (
         "numpy: 2.0 before, 3.0 after",
         "ball: the scene differs (plain numbers are SI): text: not given → 'other'",

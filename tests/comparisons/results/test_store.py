@@ -248,7 +248,7 @@ def test_a_folder_of_another_command_is_called_so(tmp_path):
 
 
 def test_a_run_that_ended_at_its_first_file_has_no_scenes(record):
-    save_study(replace(record, scenes=()))
+    save_study(record.model_copy(update={"scenes": ()}))
     (record.directory / RESULTS).unlink()
     assert load_study(record.directory).scenes == ()
 
@@ -297,7 +297,7 @@ def test_a_scene_may_be_called_nan(record):
     """Words that pandas takes for missing values are names like others."""
     scene = record.scenes[0]
     named = replace(scene, name="nan", rows=Rows.of(scene.rows.frame().assign(scene="nan")))
-    save_study(replace(record, scenes=(named,)))
+    save_study(record.model_copy(update={"scenes": (named,)}))
     (scene,) = load_study(record.directory).scenes
     assert scene.name == "nan"
     assert len(scene.rows) == 3
@@ -307,7 +307,9 @@ def test_rows_of_another_scene_are_refused(record):
     """As where two runs, of one scene at two moduli, wrote into one folder."""
     save_study(record)
     rows = (record.directory / RESULTS).read_bytes()
-    save_study(replace(record, scenes=(replace(record.scenes[0], text="[half_space]\n"),)))
+    save_study(
+        record.model_copy(update={"scenes": (replace(record.scenes[0], text="[half_space]\n"),)})
+    )
     load_study(record.directory)
     (record.directory / RESULTS).write_bytes(rows)
     with pytest.raises(ResultsError, match=r"results\.csv: rows of another scene a than study"):

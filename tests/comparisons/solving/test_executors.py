@@ -16,7 +16,7 @@ import pytest
 from joblib.externals.loky import process_executor
 
 from comparisons.solving import processes
-from comparisons.solving.jobs import Job, Kind, SerialExecutor, executor_for
+from comparisons.solving.jobs import Job, JobKind, SerialExecutor, executor_for
 from comparisons.solving.processes import ProcessExecutor
 
 GB = 1e9
@@ -52,7 +52,7 @@ def interval():
 def test_a_second_process_compiles_another_method_meanwhile():
     """Of a method that is used for the first time, one job at a time; then in the usual order."""
     executor = ProcessExecutor(2)
-    first, *others = (Job(f"{m}{k}", pow, kind=Kind(method=m)) for m in "ab" for k in range(2))
+    first, *others = (Job(f"{m}{k}", pow, kind=JobKind(method=m)) for m in "ab" for k in range(2))
     executor._running[Future()] = first
     executor._waiting.extend(others)
     assert executor._next(GB).key == "b0"

@@ -8,7 +8,7 @@ import pytest
 
 from comparisons.facts.methods import METHODS
 from comparisons.scene.scene import load_scene
-from comparisons.solving.jobs import REPEAT_SECONDS, Forecast, Kind, Remaining
+from comparisons.solving.jobs import REPEAT_SECONDS, Forecast, JobKind, Remaining
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 
@@ -17,7 +17,7 @@ from comparisons.solving.planning import plan_scene
 def kind(rough):
     """Surfaces that are solved once; those of the first block are timed."""
     plan = plan_scene(rough(realisations=60, compare={"resolutions": [64]}), "full")[0]
-    return Kind.of(task_of(plan, "bem_fft", 64, tuple(range(25, 50))))
+    return JobKind.of(task_of(plan, "bem_fft", 64, tuple(range(25, 50))))
 
 
 def test_a_like_task_costs_the_same_for_each_realisation(kind):
@@ -42,7 +42,7 @@ def test_nobody_knows_what_other_physics_takes_until_a_job_of_the_scene_is_done(
     kinds = []
     for name, method in (("soft-ball-film", "bem_fft"), ("friction-steel", "bem_fft")):
         plan = plan_scene(load_scene(name), "quick")[0]
-        kinds.append(Kind.of(task_of(plan, method, 64)))
+        kinds.append(JobKind.of(task_of(plan, method, 64)))
     film, ball = kinds
     forecast = Forecast()
     assert forecast.cost(film) is None
@@ -128,12 +128,12 @@ def test_before_any_job_one_of_our_methods_costs_at_least_what_it_once_did(kind)
 def test_a_contact_taken_apart_cell_by_cell_takes_minutes():
     """It took 2, 13 and 204 s on a busy host, by half of them idle; seven were told for all."""
     (plan,) = plan_scene(load_scene("adhesive-ball"))
-    coarse, middle, fine = (Kind.of(task_of(plan, "bem_fft", n)) for n in (6, 12, 24))
+    coarse, middle, fine = (JobKind.of(task_of(plan, "bem_fft", n)) for n in (6, 12, 24))
     forecast = Forecast()
     assert forecast.remaining([coarse, middle, fine], 1).seconds > 30
     forecast.learn(middle, 12.9)
     assert 204 / 2 < forecast.cost(fine) < 2 * 204
-    assert Kind.of(task_of(plan, "reduced", 40)).usual_seconds < 1
+    assert JobKind.of(task_of(plan, "reduced", 40)).usual_seconds < 1
 
 
 def test_balls_make_a_rough_scene_a_lower_bound(kind):

@@ -4,7 +4,7 @@ import pytest
 
 from comparisons.errors import LostWorkError, ResultsError
 from comparisons.solving.inquiries import Inquiries, answer_of, curves, together
-from comparisons.solving.jobs import Archive, Done, Job, Kind, SerialExecutor
+from comparisons.solving.jobs import Archive, Done, Job, JobKind, SerialExecutor
 from comparisons.solving.planning import plan_scene
 
 CALLS: list[int] = []
@@ -28,7 +28,9 @@ TEXT = Archive(
 
 
 def job(number):
-    return Job(f"square-{number}", square, (number,), kind=Kind("squares", "square"), archive=TEXT)
+    return Job(
+        f"square-{number}", square, (number,), kind=JobKind("squares", "square"), archive=TEXT
+    )
 
 
 def squares(*numbers):

@@ -130,7 +130,7 @@ def test_lines_are_recommended_only_where_they_cost_less_and_are_known_to_hold(
 ):
     """At 50 % the lines of the rough ensemble are within; both languages say what that is worth."""
     rough = study.scenes[-1]
-    alone = replace(study, scenes=(study.scenes[0], changed(rough)))
+    alone = study.model_copy(update={"scenes": (study.scenes[0], changed(rough))})
     write_report(alone, tmp_path / "report.html", pictures=False)
     there = partial(visit.func, visit.args[0], tmp_path / "report.html")
     with there(fragment="#?tolerance=0.5") as seen:

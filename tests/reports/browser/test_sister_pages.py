@@ -50,7 +50,7 @@ def of_two_runs(study) -> str:
     scene = study.scenes[0]
     slower = np.where(scene.rows["method"] == "fem", 1000.0, scene.rows["seconds"])
     changed = replace(scene, rows=Rows.of(scene.rows.frame().assign(seconds=slower)))
-    later = replace(study, scenes=(changed, *study.scenes[1:]))
+    later = study.model_copy(update={"scenes": (changed, *study.scenes[1:])})
     return comparison_page(compare_runs(study, later, 1e-6, 1.5), "roughline compare A B")
 
 

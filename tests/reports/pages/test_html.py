@@ -186,7 +186,7 @@ def test_the_bar_of_the_truth_is_that_of_the_load_that_decided(study):
     verdicts = tuple(replace(item, step=6) for item in scene.verdicts)
     reference = replace(scene.reference, sources=sources)
     scene = replace(scene, reference=reference, verdicts=verdicts)
-    text = Page(html.page(replace(study, scenes=(scene,)), with_pictures=False)).text
+    text = Page(html.page(study.model_copy(update={"scenes": (scene,)}), with_pictures=False)).text
     assert "discretisation 6.2\u202f%" in text
     assert "discretisation 57" not in text
 
@@ -205,7 +205,9 @@ def test_a_doubt_about_the_scene_stands_before_its_errors(study):
     doubt = "check the slopes: d/a = 0.678"
     scene = study.scenes[0]
     doubted = replace(scene, plan=replace(scene.plan, notes=(doubt,)))
-    text = Page(html.page(replace(study, scenes=(doubted,)), with_pictures=False)).text
+    text = Page(
+        html.page(study.model_copy(update={"scenes": (doubted,)}), with_pictures=False)
+    ).text
     assert text.index(doubt) < text.index("Largest error of the reduced model")
 
 
@@ -237,7 +239,7 @@ def bare(study, **changes):
     empty = {"rows": NO_ROWS, "verdicts": (), "fields": {}, "answer": ""}
     empty |= {"plan": PlanRecord(), "reference": NO_REFERENCE}
     scene = recorded(study.scenes[0], **(empty | changes))
-    return replace(study, scenes=(scene,), machine={}, interrupted=True)
+    return study.model_copy(update={"scenes": (scene,), "machine": {}, "interrupted": True})
 
 
 def test_a_scene_without_results_and_one_that_lost_all_still_make_a_page(study):
@@ -258,7 +260,7 @@ def test_unknown_methods_are_drawn_in_grey(study):
         replace(v, method="tamaas <2>") if v.method == "bem_fft" else v for v in scene.verdicts
     )
     renamed = recorded(scene, rows=rows, verdicts=verdicts)
-    page = Page(html.page(replace(study, scenes=(renamed,)), with_pictures=False))
+    page = Page(html.page(study.model_copy(update={"scenes": (renamed,)}), with_pictures=False))
     traces = [t for figure in page.figures.values() for t in figure["data"]]
     peers = [t for t in traces if t.get("name") == "tamaas &lt;2&gt;"]
     assert peers
@@ -291,7 +293,7 @@ def test_the_prescribed_load_decides_and_the_other_is_a_row_to_look_up(study):
     assert worst(both.verdicts_on()).word == "within"
     assert advise(both).cheapest.method == "reduced"
     assert [(item.at, item.word) for item in both.verdicts_at_other_load] == [("force", "outside")]
-    page = html.page(replace(study, scenes=(both,)), with_pictures=False)
+    page = html.page(study.model_copy(update={"scenes": (both,)}), with_pictures=False)
     assert "not used for the verdict" in page
 
 

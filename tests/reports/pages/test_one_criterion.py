@@ -55,7 +55,8 @@ def scene(request):
 
 
 def study_of(scene, folder):
-    return StudyRecord("2026-01-31T12:00:00", "", "quick", 1.0, {}, {}, (scene,), directory=folder)
+    when = {"created": "2026-01-31T12:00:00", "command": "", "effort": "quick", "seconds": 1.0}
+    return StudyRecord(**when, machine={}, versions={}, scenes=(scene,), directory=folder)
 
 
 def rows_of(table):

@@ -1,7 +1,6 @@
 """The first screen and the tables under it: verdicts, cheapest methods, times, stability."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -112,7 +111,9 @@ def test_claims_beside_a_study_are_taken_up_with_their_evidence(study, tmp_path)
     (folder / "report.html").write_text("page")
     beside = claims_beside(tmp_path / "quick")
     assert beside.page == "../claims/report.html"
-    page = html.page(replace(study, directory=tmp_path / "quick"), with_pictures=False)
+    page = html.page(
+        study.model_copy(update={"directory": tmp_path / "quick"}), with_pictures=False
+    )
     assert "It holds." in page
     assert "Force is exact &lt;b&gt;" in page
     spec = page.split('id="data-claim-1-evidence">')[1].split("</script>")[0]
@@ -124,7 +125,9 @@ def test_without_or_with_damaged_claims_the_report_says_so(study, tmp_path):
     (tmp_path / "claims").mkdir()
     (tmp_path / "claims" / "claims.json").write_text("{")
     assert claims_beside(tmp_path / "quick") is None
-    page = html.page(replace(study, directory=tmp_path / "quick"), with_pictures=False)
+    page = html.page(
+        study.model_copy(update={"directory": tmp_path / "quick"}), with_pictures=False
+    )
     assert "No claims have been tested next to this study" in page
 
 

@@ -64,7 +64,7 @@ def test_reasons_and_sentences_are_printed_as_they_are(capsys, plans, record):
     odd = replace(scene, reference=reference, verdicts=(), rows=NO_ROWS)
     odd = replace(odd, disagreements=("[/red] they differ",))
     lost = [(task_of(plans), f"[/bold] broke {k}") for k in range(14)] * 2
-    terminal.print_study(replace(record, scenes=(odd,)), lost, verbose=True)
+    terminal.print_study(record.model_copy(update={"scenes": (odd,)}), lost, verbose=True)
     told = capsys.readouterr().out
     assert "ball: [/] truth." in told
     assert "ball: [/red] they differ" in told
@@ -109,7 +109,7 @@ def test_many_scenes_are_told_in_25_lines(capsys, record):
     """Lines of scenes give way to the finding; 8 rows at most, whatever the families."""
     (scene,) = record.scenes
     named = [replace(scene, name=f"ball-{number}") for number in range(40)]
-    terminal.print_study(replace(record, scenes=tuple(named)), [])
+    terminal.print_study(record.model_copy(update={"scenes": tuple(named)}), [])
     told = capsys.readouterr().out
     assert len(told.splitlines()) <= 25
     assert "axisymmetric bodies (40 scenes)" in told

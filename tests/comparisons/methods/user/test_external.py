@@ -237,6 +237,14 @@ def answered(monkeypatch, task):
 
 
 STEPS = 7
+HEADER = {
+    "created": "2026-01-31T12:00:00",
+    "command": "",
+    "effort": "quick",
+    "seconds": 1.0,
+    "machine": {},
+    "versions": {},
+}
 
 
 @pytest.mark.parametrize(
@@ -516,7 +524,7 @@ def test_a_method_of_ones_own_has_its_verdict_beside_the_reduced_model(capsys, t
     (plan,) = plan_scene(load_scene("paraboloid", few))
     scene = record_scene(*solved_in_memory(plan, "quick"))
     assert scene.judged_methods == ["reduced", "winkler"]
-    study = StudyRecord("2026-01-31T12:00:00", "", "quick", 1.0, {}, {}, (scene,))
+    study = StudyRecord(**HEADER, scenes=(scene,))
     print_study(study, [], verbose=True)
     told = capsys.readouterr().out
     (row,) = [line for line in told.splitlines() if "140\u202f%" in line and "outside 1" in line]
@@ -551,7 +559,7 @@ def test_where_a_method_has_no_answer_is_told_with_each_of_its_verdicts(tmp_path
     assert force.because.endswith(f"but {reason}")
     assert verdict_table([scene], "shy").rows[0][3].text == f"not resolved 1\u202f%, {reason}"
     assert summary_lines([scene]).rows[1][3].text == f"round-off, {reason}"
-    study = StudyRecord("2026-01-31T12:00:00", "", "quick", 1.0, {}, {}, (scene,))
+    study = StudyRecord(**HEADER, scenes=(scene,))
     whole = page(study, with_pictures=False)
     cells, why = (
         whole.split(f'id="{table}-table"')[1].split("</table>")[0]
@@ -566,7 +574,9 @@ def test_where_a_method_has_no_answer_is_told_with_each_of_its_verdicts(tmp_path
     assert "reduced model: " in heading
     assert f'Shy: <span class="told">{force.text}<' in heading
     del METHODS["shy"]  # the page needs its record alone
-    assert page(replace(study, scenes=(replace(scene),)), with_pictures=False) == whole
+    assert (
+        page(study.model_copy(update={"scenes": (replace(scene),)}), with_pictures=False) == whole
+    )
 
 
 @pytest.mark.parametrize("last", [False, True])
