@@ -202,6 +202,6 @@ def check_against(
         new = {scene.name for scene in now.scenes}
         kept = tuple(scene for scene in old if scene.name not in new)
         baseline.mkdir(parents=True, exist_ok=True)
-        scenes = *kept, *now.scenes
-        save_study(now.model_copy(update={"scenes": scenes, "directory": baseline}))
+        every = (*kept, *now.scenes)
+        save_study(now.model_copy(update={"scenes": every, "directory": baseline}))
     return findings
