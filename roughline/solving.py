@@ -208,7 +208,7 @@ class Solution(SingleResult):
         return self.plan.notes
 
     def __repr__(self) -> str:
-        steps = pd.DataFrame(self.solved()).rename_axis("step")
+        steps = pd.DataFrame(self.curves()).rename_axis("step")
         table = steps[shown_columns(self)].to_string()
         return "\n".join([self._heading(), *self.plan.doubts, table])
 

@@ -25,7 +25,7 @@ from comparisons.solving.jobs import Done
 from comparisons.solving.plan import Effort
 from comparisons.solving.planning import Source, plan_all
 from comparisons.tasks.task import Task
-from reports.tables.judged import answers, finding_table
+from reports.tables.judged import advice_table, finding_table
 from reports.tables.runs import changes
 from reports.tables.written import plain
 from roughline import notebook
@@ -121,7 +121,7 @@ class Results:
             f"{self.folder}, {self.record.effort}, {fmt.duration(self.record.seconds)}",
             *sentences,
             *(notebook.table(finding_table(scenes, name)) for name in methods_of(scenes)),
-            notebook.table(answers(scenes, judged)),
+            notebook.table(advice_table(scenes, judged)),
             notebook.more(len(self) - MOST_ROWS, "scenes"),
         )
 

@@ -117,7 +117,7 @@ class Calibration(Campaign[list[Case], CalibrationRecord]):
             for name, table in tables.items()
         }
 
-    def answer(self, header: Header, answers: Mapping[str, list[Case]]) -> CalibrationRecord:
+    def record_of(self, header: Header, answers: Mapping[str, list[Case]]) -> CalibrationRecord:
         """Return the cases of the completed shapes in order."""
         cases = (answers.get(name, []) for name in self.inquiries())
         return CalibrationRecord(header, [case for several in cases for case in several])

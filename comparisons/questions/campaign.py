@@ -1,10 +1,10 @@
-"""A campaign: a question that needs many solves, and the folder of its answer.
+"""A campaign: a question that needs many solves, and the folder of its record.
 
 A study, claims, hard cases, a calibration and a check are campaigns: each defines its `inquiries`,
-generators of jobs by scene, claim, case or shape, and the `answer`, a record of what they found so
-far. `run` opens the folder, reuses the answers of a killed run, passes the jobs to an executor,
+generators of jobs by scene, claim, case or shape, and the record of what they found (`record_of`).
+`run` opens the folder, reuses what jobs of a killed run returned, passes the others to an executor,
 tells a watcher, and saves the record, also after an interrupt or lost work, before it raises. Only
-this process writes answers, so workers need no common file system.
+this process writes, so workers need no common file system.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ import datetime
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, ClassVar, Generic, TypedDict, TypeVar, Unpack
 
@@ -22,7 +21,7 @@ from comparisons.machine import machine, versions
 from comparisons.results.folder import Header, Layout, held, open_folder
 from comparisons.solving.execution import THREADS
 from comparisons.solving.inquiries import Inquiries, Inquiry
-from comparisons.solving.jobs import Done, Executor, Remaining, executor_for
+from comparisons.solving.jobs import Done, Executor, Remaining, SerialExecutor
 from comparisons.solving.plan import Effort
 
 A = TypeVar("A")
@@ -39,27 +38,26 @@ class Options(TypedDict, total=False):
 
     command: str  # the command line, for the report
     effort: Effort
-    workers: int  # processes, with one thread each
     # Continue from existing results, or replace them: a folder that has any needs one of both.
     resume: bool
     overwrite: bool
-    executor: Executor | None  # carries out the jobs; default: `workers` local processes
+    executor: Executor  # carries out the jobs; default: this process
     watch: Watch | None  # called with the campaign and the last job done (None at the start)
 
 
 class Campaign(ABC, Generic[A, R]):
-    """A question with the folder of its answer, which is created when the run starts.
+    """A question with the folder of its record, which is created when the run starts.
 
-    A folder without reusable solves is replaced. Nothing is written without a `layout`.
+    A folder without reusable solves is replaced.
     """
 
-    layout: ClassVar[Layout | None] = None
+    layout: ClassVar[Layout]
 
-    def __init__(self, directory: Path = Path(), **options: Unpack[Options]) -> None:
+    def __init__(self, directory: Path, **options: Unpack[Options]) -> None:
         self.directory, self.command = directory, options.get("command", "")
         self.effort: Effort = options.get("effort", "quick")
         self.resume, self.overwrite = options.get("resume", False), options.get("overwrite", False)
-        self.workers, self.executor = options.get("workers", 1), options.get("executor")
+        self.executor = options.get("executor") or SerialExecutor()
         self.watch = options.get("watch")
         now = datetime.datetime.now(datetime.UTC).astimezone()
         self._created = now.isoformat(timespec="seconds")
@@ -70,7 +68,7 @@ class Campaign(ABC, Generic[A, R]):
         """Return the inquiries by unique names."""
 
     @abstractmethod
-    def answer(self, header: Header, answers: Mapping[str, A]) -> R:
+    def record_of(self, header: Header, answers: Mapping[str, A]) -> R:
         """Return the record of the answers so far."""
 
     @abstractmethod
@@ -85,7 +83,7 @@ class Campaign(ABC, Generic[A, R]):
         """Prepare for the first jobs, which are known now, where this process does them."""
 
     def received(self, done: Done) -> None:
-        """Register an answer, cached or new."""
+        """Register the outcome of a job, kept or new."""
 
     @property
     def counts(self) -> tuple[int, int]:
@@ -107,40 +105,37 @@ class Campaign(ABC, Generic[A, R]):
         ResultsError if the folder cannot be used (`open_folder`). KeyboardInterrupt, LostWorkError
         after writing the completed work.
         """
-        with nullcontext() if self.layout is None else held(self.directory):
+        kept = self.layout.kept
+        with held(self.directory):
             started = time.perf_counter()
-            executor = self.executor or executor_for(self.workers)
-            spent = None  # seconds of the run that this one resumes
-            if self.layout is not None:
-                begun = (self.directory / self.layout.record).exists()
-                spent = self.seconds_before() if self.resume and begun else None
-                anew = self.overwrite or not self.layout.answers
-                open_folder(self.directory, self.layout, resume=self.resume, overwrite=anew)
-                if spent is None and self.layout.answers:
-                    # A killed run's folder is marked as incomplete and as written by roughline.
-                    self.save(self.record(0.0, interrupted=True))
+            begun = (self.directory / self.layout.record).exists()
+            # seconds of the run that this one resumes
+            spent = self.seconds_before() if self.resume and begun else None
+            anew = self.overwrite or not kept
+            open_folder(self.directory, self.layout, resume=self.resume, overwrite=anew)
+            if spent is None and kept:
+                # A killed run's folder is marked as incomplete and as written by roughline.
+                self.save(self.record(0.0, interrupted=True))
             stopped: KeyboardInterrupt | LostWorkError | None = None
             try:
-                kept = self.layout is not None and self.layout.answers
                 folder = self.directory / kept if kept else None
                 self._inquiries = Inquiries(
-                    executor, folder, resume=self.resume, received=self.received
+                    self.executor, folder, resume=self.resume, received=self.received
                 )
                 for done in self._inquiries.ask(self.inquiries()):
                     if self.watch is not None:
                         self.watch(self, done)
-                    if done is None and executor.is_here:
+                    if done is None and self.executor.is_here:
                         self.prepare()
             except (KeyboardInterrupt, LostWorkError) as error:
                 stopped = error
             lost = [f"{name}: {reason}" for name, reason in self._inquiries.lost.items()]
             if lost and stopped is None:
-                advice = [ADVICE] if self.layout is not None and self.layout.answers else []
+                advice = [ADVICE] if kept else []
                 stopped = LostWorkError("\n".join([*lost, *advice]))
             seconds = (spent or 0.0) + time.perf_counter() - started
             record = self.record(seconds, interrupted=stopped is not None)
-            if self.layout is not None:
-                self.save(record)
+            self.save(record)
             if stopped is not None:
                 raise stopped
             return record
@@ -156,4 +151,4 @@ class Campaign(ABC, Generic[A, R]):
             versions=versions(),
             interrupted=interrupted,
         )
-        return self.answer(header, self._inquiries.answers)
+        return self.record_of(header, self._inquiries.answers)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from comparisons.errors import InputError, ResultsError
 from comparisons.facts.methods import GRID, INDEPENDENT, method_named, title_of
@@ -51,12 +52,6 @@ class Finding:
     notable: bool = False  # whether the finding is shown although the check does not fail
 
 
-class _Unwritten(Study):
-    """A study whose results are compared and not kept."""
-
-    layout = None
-
-
 def run_for_check(
     method: str = MODEL_NAME, scenes: Iterable[str] = CHECK_SCENES, watch: Watch | None = None
 ) -> StudyRecord:
@@ -73,7 +68,8 @@ def run_for_check(
             changes["surface.realisations"] = REALISATIONS
             scene = load_scene(source, changes)
         plans.append(plan_scene(scene)[0])
-    record = _Unwritten(plans, Path(), command="roughline check", watch=watch).run()
+    with TemporaryDirectory(prefix="roughline-") as folder:
+        record = Study(plans, Path(folder), command="roughline check", watch=watch).run()
     kept = []  # what is compared: curves, of ensembles their means, a tenth of all that there is
     for done in record.scenes:
         names = done.rows["realisation"]

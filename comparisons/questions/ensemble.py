@@ -97,9 +97,8 @@ class Ensemble(Campaign[list[bundles.Bundle], bundles.EnsembleResult]):
             return kept
         # surfaces of a bundle: if more than a block, whole blocks
         cost = sum(bundle.seconds for bundle in kept) / sum(bundle.count for bundle in kept)
-        workers = self.workers if self.executor is None else self.executor.workers
         most = MOST_ROWS // len(self.loads.values)
-        even = sum(map(len, missing)) / (LEAST_BUNDLES * workers)
+        even = sum(map(len, missing)) / (LEAST_BUNDLES * self.executor.workers)
         size = max(1, int(min(TASK_SECONDS / max(cost, 1e-9), most, even)))
         size = size if size < block else size // block * block
         jobs = [
@@ -110,7 +109,7 @@ class Ensemble(Campaign[list[bundles.Bundle], bundles.EnsembleResult]):
         done = yield jobs
         return [*kept, *(value_of(done[job.key]) for job in jobs)]
 
-    def answer(
+    def record_of(
         self, header: Header, answers: Mapping[str, list[bundles.Bundle]]
     ) -> bundles.EnsembleResult:
         """Return the statistics of all files of the folder."""

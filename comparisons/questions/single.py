@@ -61,7 +61,7 @@ class SingleResult:
             for reason in dict.fromkeys(self.solution.reasons.values())
         ]
 
-    def solved(self) -> dict[str, np.ndarray]:
+    def curves(self) -> dict[str, np.ndarray]:
         """Return the quantities over the load steps: means, and standard errors of ensembles."""
         columns, loads = {}, self.plan.loads.columns
         curves = mean_curves(self.solution)
@@ -79,7 +79,7 @@ class SingleResult:
     @property
     def half_width(self) -> float:
         """Largest relative 95 % half-width (Student's t) of the means over surfaces or lines."""
-        solved, count = self.solved(), len(self.solution.converged)
+        solved, count = self.curves(), len(self.solution.converged)
         shares = [
             values / np.abs(solved[name.removesuffix("_stderr")])
             for name, values in solved.items()
@@ -89,15 +89,15 @@ class SingleResult:
         return float(stdtrit(max(count - 1, 1), 0.975) * max(known, default=np.nan))
 
     def columns(self) -> dict[str, np.ndarray]:
-        """Return what is solved, and what is proved beside it."""
-        return self.solved() | dict(self.proved)
+        """Return the curves, and what is proved beside them."""
+        return self.curves() | dict(self.proved)
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Return one of `columns` over the load steps, NaN where unsolved.
 
         KeyError with the names that there are.
         """
-        columns = self.solved()
+        columns = self.curves()
         if name not in columns:
             columns = self.columns()
         if name not in columns:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import ClassVar, Unpack
+from typing import Unpack
 
 import numpy as np
 
@@ -42,7 +42,7 @@ class Study(Campaign[None, StudyRecord]):
     afterwards. `paraview` writes the fields as VTU, too.
     """
 
-    layout: ClassVar[Layout | None] = Layout(
+    layout = Layout(
         store.STUDY,
         (store.RESULTS, store.MEASURES, store.DISTRIBUTIONS, store.TO_TAKE, PAGE, MAILED),
         FIELDS_FOLDER,
@@ -136,7 +136,7 @@ class Study(Campaign[None, StudyRecord]):
         (task,) = done.job.arguments
         self._solutions[task.key] = Solution.lost(task, done.lost) if done.lost else done.value
 
-    def answer(self, header: Header, answers: Mapping[str, None]) -> StudyRecord:
+    def record_of(self, header: Header, answers: Mapping[str, None]) -> StudyRecord:
         """Compare the solutions so far, and return the record to be written.
 
         That counts into the seconds of the run: proofs can take long. Who interrupts waits for

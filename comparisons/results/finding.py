@@ -149,8 +149,8 @@ def finding(records: Sequence[SceneRecord], method: str = MODEL) -> list[FamilyR
     return rows
 
 
-def answers(record: SceneRecord, verdict: Verdict) -> bool:
-    """Tell whether a verdict is on an answer, not on an area or a worn volume that was put in."""
+def is_found(record: SceneRecord, verdict: Verdict) -> bool:
+    """Tell whether a verdict is on what was found, not on a given area or worn volume."""
     given = AREAS if family(record) == FLAT else ()
     loading, wear = (record.tables.get(table, {}) for table in ("loading", "wear"))
     if "sliding_distance" in wear and not {"force", "pressure"}.isdisjoint(loading):
@@ -165,7 +165,7 @@ def unjudged(record: SceneRecord) -> list[str]:
 
 
 def _standing(record: SceneRecord, method: str) -> _Standing:
-    known = [item for item in record.verdicts_on(method) if answers(record, item)]
+    known = [item for item in record.verdicts_on(method) if is_found(record, item)]
     held = in_order(item.quantity for item in known if item.word == WITHIN)
     within = list(map(symbol, held))
     if not within or record.by_chance(method):

@@ -37,7 +37,7 @@ class Layout:
 
     record: str  # the file that makes a folder known as this command's
     tables: tuple[str, ...] = (PAGE,)  # written beside it
-    answers: str = ""  # folder of answers, which `--resume` finds; "" where nothing is kept
+    kept: str = ""  # folder of jobs' values, which `--resume` finds; "" where nothing is kept
 
 
 @contextlib.contextmanager
@@ -84,8 +84,9 @@ def held(directory: Path) -> Iterator[None]:
 def open_folder(directory: Path, layout: Layout, *, resume: bool, overwrite: bool) -> None:
     """Make a folder that is held ready for a run.
 
-    A used one needs `resume` or `overwrite`, which deletes old answers, and must have no results of
-    others: ResultsError, and nothing is changed. What a killed run left is deleted in any case.
+    A used one needs `resume` or `overwrite`, which deletes the values of jobs, and must have no
+    results of others: ResultsError, and nothing is changed. What a killed run left is deleted in
+    any case.
     """
     if resume and overwrite:
         raise ResultsError("--resume and --overwrite: expected at most one")
@@ -96,21 +97,21 @@ def open_folder(directory: Path, layout: Layout, *, resume: bool, overwrite: boo
             f"{directory} {state}: use --resume to continue, --overwrite to replace "
             "it, or --out for another folder"
         )
-    answers = directory / layout.answers
+    kept = directory / layout.kept
     if used:  # nothing of others is touched
-        if layout.answers and answers.is_symlink():
-            raise ResultsError(f"{answers}: expected a folder, got a link to another place")
+        if layout.kept and kept.is_symlink():
+            raise ResultsError(f"{kept}: expected a folder, got a link to another place")
         foreign = [name for name in (*layout.tables, *RECORDS) if (directory / name).exists()]
         if foreign and layout.record not in foreign:
             raise ResultsError(
                 f"{directory} has {', '.join(foreign)} that roughline has not written, or another "
                 "of its commands: choose another --out"
             )
-    answers.mkdir(parents=True, exist_ok=True)
+    kept.mkdir(parents=True, exist_ok=True)
     clear_leftovers(directory, {*layout.tables, layout.record})
-    if layout.answers:
-        clear_leftovers(answers, ())
-        for old in answers.iterdir() if overwrite else ():
+    if layout.kept:
+        clear_leftovers(kept, ())
+        for old in kept.iterdir() if overwrite else ():
             if OWN_FILE.fullmatch(old.name):
                 old.unlink()
 
@@ -135,7 +136,7 @@ def filled(out: Path, record: str) -> Iterator[Path]:
 
 
 def clear_leftovers(folder: Path, names: Iterable[str]) -> None:
-    """Delete the temporary files of a killed run: those meant for `names`, or for answers."""
+    """Delete the temporary files of a killed run: those meant for `names`, or for jobs."""
     for path in folder.iterdir():
         leftover = LEFTOVER.fullmatch(path.name)
         if leftover and (leftover["meant"] in names or OWN_FILE.fullmatch(leftover["meant"])):

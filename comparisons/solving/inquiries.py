@@ -1,9 +1,9 @@
 """Inquiries: questions that request solves step by step and return an answer.
 
-An inquiry is a generator. It yields the jobs it needs next, receives their answers by key, may
-request more (to refine a reference or bisect a boundary), and returns its own answer. `Inquiries`
-runs many of them concurrently; a job requested several times is done once, and its answer is kept
-in a folder or in memory.
+An inquiry is a generator. It yields the jobs it needs next, receives their outcomes by key, may
+request more (to refine a reference or bisect a boundary), and returns its answer. `Inquiries` runs
+many of them concurrently; a job requested several times is done once, and its outcome is kept in a
+folder or in memory.
 """
 
 from __future__ import annotations
@@ -41,16 +41,16 @@ class _Wait(Generic[A]):
 
     name: str
     inquiry: Inquiry[A]
-    answers: dict[str, Done]
+    outcomes: dict[str, Done]
     missing: set[str] = field(default_factory=set)
 
 
 class Inquiries(Generic[A]):
     """Inquiries under way.
 
-    Jobs are carried out by the executor (default: one after the other, here). Answers are kept by
+    Jobs are carried out by the executor (default: one after the other, here). Outcomes are kept by
     the keys of their jobs in a `folder`, where `resume` finds those of earlier runs, or in memory;
-    `received` gets every answer, kept or new, before the inquiries.
+    `received` gets every outcome, kept or new, before the inquiries.
     """
 
     def __init__(
@@ -66,7 +66,7 @@ class Inquiries(Generic[A]):
         self.lost: dict[str, str] = {}
         self._executor, self._received = executor or SerialExecutor(), received
         self._folder, self._resume = folder, resume
-        # What this run has done; in a folder the answers themselves need not stay in memory.
+        # What this run has done; in a folder the values themselves need not stay in memory.
         self._own: dict[str, Done | None] = {}
         self._forecast = Forecast()
         self._open: dict[str, Job] = {}
@@ -100,27 +100,27 @@ class Inquiries(Generic[A]):
             del self._open[key]
             self._receive(done)
             for wait in self._waiting.pop(key):
-                wait.answers[key] = done
+                wait.outcomes[key] = done
                 wait.missing.discard(key)
                 if not wait.missing:
-                    self._go_on(wait.name, wait.inquiry, wait.answers)
+                    self._go_on(wait.name, wait.inquiry, wait.outcomes)
             yield done
 
     def _go_on(
-        self, name: str, inquiry: Inquiry[A], answers: Mapping[str, Done] | None = None
+        self, name: str, inquiry: Inquiry[A], outcomes: Mapping[str, Done] | None = None
     ) -> None:
         """Let an inquiry ask until it has to wait, or has its answer."""
         try:
             while True:
-                jobs = next(inquiry) if answers is None else inquiry.send(answers)
+                jobs = next(inquiry) if outcomes is None else inquiry.send(outcomes)
                 wait = _Wait(name, inquiry, {})
-                for job in jobs:  # the answers that are kept
+                for job in jobs:  # the outcomes that are kept
                     done = None if job.key in self._open else self._kept(job)
                     if done is not None:
-                        wait.answers[job.key] = done
+                        wait.outcomes[job.key] = done
                         if job.key not in self._done:
                             self._receive(done)
-                missing = {job.key: job for job in jobs if job.key not in wait.answers}
+                missing = {job.key: job for job in jobs if job.key not in wait.outcomes}
                 if missing:
                     wait.missing.update(missing)
                     for key, job in missing.items():
@@ -129,7 +129,7 @@ class Inquiries(Generic[A]):
                             self._open[key] = job
                             self._executor.add([job])
                     return
-                answers = wait.answers
+                outcomes = wait.outcomes
         except StopIteration as end:
             self.answers[name] = end.value
         except LostWorkError as error:
@@ -141,7 +141,7 @@ class Inquiries(Generic[A]):
             self._received(done)
 
     def _keep(self, done: Done) -> Done:
-        """Keep an answer, but what was lost, and return what of it stays in memory."""
+        """Keep an outcome, but what was lost, and return what of it stays in memory."""
         job, archive = done.job, done.job.archive
         if self._folder is None or archive is None or done.lost:
             self._own[job.key] = done
@@ -151,10 +151,10 @@ class Inquiries(Generic[A]):
         return replace(done, value=archive.without_bulk(done.value))
 
     def _kept(self, job: Job) -> Done | None:
-        """Return the answer of a job, None where it is not known."""
-        answer, archive = self._own.get(job.key), job.archive
-        if answer is not None or self._folder is None or archive is None:
-            return answer
+        """Return the outcome of a job, None where it is not known."""
+        known, archive = self._own.get(job.key), job.archive
+        if known is not None or self._folder is None or archive is None:
+            return known
         path = self._folder / f"{job.key}{archive.suffix}"
         if not path.exists() or not (self._resume or job.key in self._own):
             return None
@@ -166,7 +166,7 @@ class Inquiries(Generic[A]):
 
 
 def answer_of(inquiry: Inquiry[A]) -> A:
-    """Answer one inquiry here and now; LostWorkError where a job has no answer."""
+    """Answer one inquiry here and now; LostWorkError where a job has no value."""
     inquiries: Inquiries[A] = Inquiries()
     for _ in inquiries.ask({"": inquiry}):
         pass
@@ -237,7 +237,7 @@ def curves_of(task: Task) -> Solution:
 
 
 def value_of(done: Done) -> Any:
-    """Return the answer of a job; LostWorkError where there is none."""
+    """Return the value of a job; LostWorkError where there is none."""
     if done.lost:
         raise LostWorkError(done.lost)
     return done.value

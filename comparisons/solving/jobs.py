@@ -79,22 +79,22 @@ class JobKind:
 
 @dataclass(frozen=True)
 class Archive:
-    """How a folder keeps an answer."""
+    """How a folder keeps the value of a job."""
 
     suffix: str
-    save: Callable[[Path, Any], None]  # ``save(path, answer)``, atomically
+    save: Callable[[Path, Any], None]  # ``save(path, value)``, atomically
     load: Callable[[Path], Any]  # ``load(path)``; raises ResultsError for a torn file
-    # Whether an answer of an earlier run is taken: what broke it may have been mended since.
+    # Whether the value of an earlier run is taken: what broke it may have been mended since.
     is_final: Callable[[Any], bool]
-    # What of an answer stays in memory once it is written; default: all.
-    without_bulk: Callable[[Any], Any] = lambda answer: answer
+    # What of a value stays in memory once it is written; default: all.
+    without_bulk: Callable[[Any], Any] = lambda value: value
 
 
 @dataclass(frozen=True)
 class Job:
     """One independent piece of work."""
 
-    key: str  # names it, and the file that keeps its answer: the same exactly when the answer is
+    key: str  # names it, and the file that keeps its value: the same exactly when the value is
     # A function of an importable module. What it needs comes in its arguments.
     work: Callable[..., Any]
     arguments: tuple[Any, ...] = ()  # picklable, unless the work is done in this process
@@ -102,7 +102,7 @@ class Job:
     # packages has; 0 is "little".
     memory: float = 0.0
     kind: JobKind = field(default_factory=JobKind)  # what its time depends on
-    archive: Archive | None = None  # how a folder keeps its answer
+    archive: Archive | None = None  # how a folder keeps its value
 
 
 @dataclass(frozen=True)

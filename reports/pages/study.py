@@ -26,7 +26,14 @@ from comparisons.files import write_text
 from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN, Verdict, worst
 from comparisons.questions.claims.record import RECORD, load_claims_record
 from comparisons.results.advice import ITSELF, Advice, Setting, advise, truth_known_to
-from comparisons.results.finding import answers, family, largest_error, methods_of, symbol, unjudged
+from comparisons.results.finding import (
+    family,
+    is_found,
+    largest_error,
+    methods_of,
+    symbol,
+    unjudged,
+)
 from comparisons.results.folder import PAGE
 from comparisons.results.record import SceneRecord, StudyRecord, title_in
 from reports.pages.page import render
@@ -297,7 +304,7 @@ def judging(scenes: Sequence[tuple[str, SceneRecord, Advice]]) -> dict[str, Any]
                     method: [
                         _ends(verdict)
                         | {
-                            "counts": answers(scene, verdict),
+                            "counts": is_found(scene, verdict),
                             "symbol": symbol(verdict.quantity),
                             "text": verdict.text,
                             "largest": largest_error(scene, verdict),

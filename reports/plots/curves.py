@@ -293,7 +293,7 @@ def measured(scene: SceneRecord) -> Figure | None:
 
 def solution_figure(result: SingleResult, quantity: str | None = None) -> Figure:
     """Return a quantity of one solve against load; by default the first compared quantity."""
-    columns = result.solved()
+    columns = result.curves()
     control, axis = result.plan.loads.control, result.plan.loads.axis
     along = "time" if axis == "time" and "time" in columns else control
     if quantity is None:

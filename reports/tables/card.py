@@ -14,7 +14,7 @@ from comparisons.facts.quantities import quantity
 from comparisons.facts.quantities.rows import HALF_AXES
 from comparisons.judging.verdicts import WITHIN
 from comparisons.questions.claims.nearest import in_words, nearest_to
-from comparisons.results.finding import answers
+from comparisons.results.finding import is_found
 from comparisons.results.record import SceneRecord, once
 from comparisons.results.rows import Rows
 from comparisons.scene.fields import unit_of
@@ -141,7 +141,7 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
 
 def not_known_here(scene: SceneRecord) -> str:
     """Return that the reduced model can agree by chance only, and what is known; else ""."""
-    held = any(item.word == WITHIN for item in scene.verdicts_on(MODEL) if answers(scene, item))
+    held = any(item.word == WITHIN for item in scene.verdicts_on(MODEL) if is_found(scene, item))
     if not held or not (reason := scene.by_chance(MODEL)):
         return ""
     said = f"Not known here, because agreement is chance: {reason}."

@@ -196,7 +196,7 @@ def others_table(scene: SceneRecord) -> Table:
     return table(heads, rows, title=title, note=_explained(names))
 
 
-def answers(scenes: Iterable[SceneRecord], judged: Iterable[str]) -> Table:
+def advice_table(scenes: Iterable[SceneRecord], judged: Iterable[str]) -> Table:
     """Return the deciding verdict on one method for each scene, and the advice."""
     rows = []
     for scene, method in zip(scenes, judged, strict=True):

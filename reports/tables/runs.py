@@ -56,13 +56,13 @@ def plan_rows(scene: SceneRecord) -> list[tuple[Cell, str, str]]:
 def shown_columns(result: SingleResult) -> list[str]:
     """Return the prescribed and the compared quantities, and the half-axes of an ellipse."""
     shown = (*result.plan.loads.columns, *result.plan.scene.compare.quantities, *HALF_AXES)
-    columns = result.solved()
+    columns = result.curves()
     return [name for name in dict.fromkeys(shown) if name in columns]
 
 
 def load_steps(result: SingleResult, digits: int = 4) -> Table:
     """Return one row per load step, each quantity in one unit."""
-    solved = result.solved()
+    solved = result.curves()
     columns = [cells.column(name, solved[name], digits) for name in shown_columns(result)]
     return cells.of_columns(columns, title=f"{result.plan.scene.heading}: {result.method}")
 

@@ -28,6 +28,7 @@ from comparisons.peers import client
 from comparisons.questions.benchmarks.yardstick import Measurement, growth, interleaved, measurement
 from comparisons.questions.study import Study
 from comparisons.scene.scene import load_scene
+from comparisons.solving.jobs import executor_for
 from comparisons.solving.planning import plan_scene
 from reference import surfaces
 from reference.contact import pieces
@@ -218,7 +219,7 @@ def whole_study() -> Measurement:
         folder = Path(name)
         plans = plan_scene(load_scene(tables), "full")
         start = time.perf_counter()
-        Study(plans, folder / "out", effort="full", workers=2).run()
+        Study(plans, folder / "out", effort="full", executor=executor_for(2)).run()
         spent = time.perf_counter() - start
     title = f"study of {SURFACES} free {POINTS}^2 patches x {LOADS} loads, 2 processes, all files"
     return measurement(title, [spent], "a minute", [A_MINUTE], 1.0)

@@ -78,7 +78,7 @@ MEMORY = 1e9
 class ClaimRun(Campaign[ClaimRecord, ClaimsRecord]):
     """All claims of a run, and the folder of its results."""
 
-    layout = Layout(RECORD, answers=MEASUREMENTS)
+    layout = Layout(RECORD, kept=MEASUREMENTS)
 
     def __init__(self, claims: list[Claim], directory: Path, **options: Unpack[Options]) -> None:
         super().__init__(directory, **options)
@@ -89,7 +89,7 @@ class ClaimRun(Campaign[ClaimRecord, ClaimsRecord]):
         claims = sorted(self.claims, key=lambda claim: claim.experiment is None)
         return {claim.id: judged_claim(claim, self.effort) for claim in claims}
 
-    def answer(self, header: Header, answers: Mapping[str, ClaimRecord]) -> ClaimsRecord:
+    def record_of(self, header: Header, answers: Mapping[str, ClaimRecord]) -> ClaimsRecord:
         """Return the judged claims in order."""
         judged = [answers[claim.id] for claim in self.claims if claim.id in answers]
         return ClaimsRecord(**header.model_dump(), claims=judged)

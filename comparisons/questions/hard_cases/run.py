@@ -70,7 +70,9 @@ class HardCases(Campaign[list[OutcomeRecord], HardCasesRecord]):
         full = self.effort == "full"
         return {case.id: outcomes(case, self.methods, full=full) for case in self.cases}
 
-    def answer(self, header: Header, answers: Mapping[str, list[OutcomeRecord]]) -> HardCasesRecord:
+    def record_of(
+        self, header: Header, answers: Mapping[str, list[OutcomeRecord]]
+    ) -> HardCasesRecord:
         """Return the outcomes of the completed cases in order."""
         return HardCasesRecord(
             **header.model_dump(),

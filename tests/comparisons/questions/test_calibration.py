@@ -20,6 +20,7 @@ from comparisons.questions.calibration_cases import (
     summary,
 )
 from comparisons.solving.inquiries import answer_of
+from comparisons.solving.jobs import executor_for
 from roughline.commands.app import run_command
 from roughline.commands.validation import COVERAGE, REFUTED, WIDTH
 
@@ -274,7 +275,7 @@ def test_the_bars_cover_95_percent_of_the_reported_half_and_are_not_far_too_wide
         "sides_of",
         lambda plan: "not asked for" if plan.scene.rough else sides_of(plan),
     )
-    result = Calibration(tmp_path, workers=2).run().cases
+    result = Calibration(tmp_path, executor=executor_for(2)).run().cases
     single = [part for part in result if not part.rough]
     reported = [part for part in single if part.half == "reported"]
     assert len(reported) >= 200
