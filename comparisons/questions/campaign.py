@@ -59,6 +59,7 @@ class Campaign(ABC, Generic[A, R]):
         self.resume, self.overwrite = options.get("resume", False), options.get("overwrite", False)
         self.executor = options.get("executor") or SerialExecutor()
         self.watch = options.get("watch")
+        self.saved: R | None = None  # the last record that was written
         now = datetime.datetime.now(datetime.UTC).astimezone()
         self._created = now.isoformat(timespec="seconds")
         self._inquiries: Inquiries[A] = Inquiries()
@@ -115,7 +116,7 @@ class Campaign(ABC, Generic[A, R]):
             open_folder(self.directory, self.layout, resume=self.resume, overwrite=anew)
             if spent is None and kept:
                 # A killed run's folder is marked as incomplete and as written by roughline.
-                self.save(self.record(0.0, interrupted=True))
+                self._save(self.record(0.0, interrupted=True))
             stopped: KeyboardInterrupt | LostWorkError | None = None
             try:
                 folder = self.directory / kept if kept else None
@@ -135,10 +136,14 @@ class Campaign(ABC, Generic[A, R]):
                 stopped = LostWorkError("\n".join([*lost, *advice]))
             seconds = (spent or 0.0) + time.perf_counter() - started
             record = self.record(seconds, interrupted=stopped is not None)
-            self.save(record)
+            self._save(record)
             if stopped is not None:
                 raise stopped
             return record
+
+    def _save(self, record: R) -> None:
+        self.save(record)
+        self.saved = record
 
     def record(self, seconds: float, *, interrupted: bool = False) -> R:
         """Return the record of the answers so far, with its header."""

@@ -149,7 +149,6 @@ class SceneRecord:
     plan: PlanRecord
     reference: Reference
     verdicts: tuple[Verdict, ...]  # of every setting, at each equal load
-    answer: str  # one sentence: the cheapest setting of each method within the tolerance
     # References that differ by more than their bars and a fifth of the tolerance, in words.
     disagreements: tuple[str, ...]
     # (method, resolution) -> path of the npz with the fields of realisation 0 at the last load.

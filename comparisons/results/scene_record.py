@@ -33,7 +33,6 @@ from comparisons.judging.uncertainty import combined
 from comparisons.judging.verdicts import LAST_LOAD, NAN, NO_RESULT, OUTSIDE, Verdict, judged
 from comparisons.methods.normal.proved import enclosures_asked_for
 from comparisons.reasons import UNJUDGED
-from comparisons.results.advice import advise
 from comparisons.results.record import NOBODY, SceneRecord
 from comparisons.results.rows import Rows
 from comparisons.solving.execution import THREADS, this_machine
@@ -114,14 +113,12 @@ def record_scene(
             for method, resolution in solved
             for verdict in _verdicts(plan, solved, levels[method], resolution, truth)
         ),
-        answer="",
         disagreements=disagreements,
         rows=Rows.of(table),
         distributions=Rows.of(pd.DataFrame(distribution_rows(plan, solved))),
         fields=dict(fields or {}),
     )
     record = replace(record, verdicts=explained(record))
-    record = replace(record, answer=advise(record).sentence)
     vars(record)["scene"] = scene  # what was just solved is not read from its text again
     return record
 

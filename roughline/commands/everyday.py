@@ -133,7 +133,7 @@ def run(  # noqa: PLR0913 (the options on the command line)
     from comparisons.methods.user.external import brought
     from comparisons.questions.campaign import WHOLE
     from comparisons.questions.study import Study
-    from comparisons.results.folder import held
+    from comparisons.results.folder import MAILED, held
     from comparisons.results.record import asked_in_vain
     from comparisons.solving.planning import plan_all
     from roughline.commands import terminal
@@ -165,14 +165,17 @@ def run(  # noqa: PLR0913 (the options on the command line)
         resume=resume,
         overwrite=overwrite,
     )
-    left = REPORT + OF_SCENE * len(plans)
+
+    def write_page(record: StudyRecord) -> None:
+        whole = not record.interrupted
+        _write_study(record, pictures and whole, static and whole)
+
     with held(directory):
-        record = watched(study, lambda: _write_page(directory, pictures=False), left)
-        _, *mailed = _write_study(record, pictures, static)
+        record = watched(study, write_page, REPORT + OF_SCENE * len(plans))
     lost = study.lost()
     terminal.print_study(record, lost, verbose=verbose)
-    for page in mailed:
-        say(page)
+    if static:
+        say(directory / MAILED)
     return FAILED if lost or asked_in_vain(record.scenes) else FINE
 
 

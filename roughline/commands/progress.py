@@ -27,22 +27,29 @@ COMPILED = 2.0
 WORTH_SAYING = 1.0
 
 
-def watched(campaign: Campaign[Any, R], write_page: Callable[[], object], report: float = 0.0) -> R:
+def watched(
+    campaign: Campaign[Any, R], write_page: Callable[[R], object], report: float = 0.0
+) -> R:
     """Run a campaign with progress on the terminal; write its page even after an interrupt.
 
-    The report that is written afterwards usually takes `report` seconds of the remaining time.
+    The page usually takes `report` seconds of the remaining time.
     """
     from comparisons.errors import InputError, LostWorkError
 
+    stopped: KeyboardInterrupt | LostWorkError | None = None
     with watching(report) as campaign.watch:
         try:
-            return campaign.run()
+            record = campaign.run()
         except (KeyboardInterrupt, LostWorkError) as error:
             stopped = error
-        # outside the handler: an error of the page is none of the interrupt's
-        with suppress(InputError):
-            write_page()
-        raise stopped
+    if stopped is None:
+        write_page(record)
+        return record
+    # outside the handler: an error of the page is none of the interrupt's
+    with suppress(InputError):
+        if campaign.saved is not None:
+            write_page(campaign.saved)
+    raise stopped
 
 
 @contextmanager

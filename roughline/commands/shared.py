@@ -233,7 +233,7 @@ def ensemble(
         resume=resume,
         overwrite=overwrite,
     )
-    result = watched(campaign, lambda: None)
+    result = watched(campaign, lambda _: None)
     terminal.print_ensemble(result, campaign.directory)
     lost = sum(setting.lost for setting in result.record.settings)
     return FAILED if lost or result.record.missing else FINE

@@ -101,8 +101,7 @@ def claims(
     )
     page = directory / PAGE
     with held(directory):
-        record = watched(run, lambda: write_text(page, claims_page(load_claims_record(directory))))
-        write_text(page, claims_page(record))
+        record = watched(run, lambda record: write_text(page, claims_page(record)))
     if json is not None:
         write_named_text(json, record.model_dump_json(indent=1) + "\n")
     terminal.print_claims(record, page)
@@ -202,7 +201,7 @@ def hard_cases(
     from comparisons.errors import InputError, ProblemsError
     from comparisons.facts.methods import METHODS, method_named
     from comparisons.files import write_named_text, write_text
-    from comparisons.questions.hard_cases.case import catalogue, load_cases, load_record
+    from comparisons.questions.hard_cases.case import catalogue, load_cases
     from comparisons.questions.hard_cases.run import HardCases
     from comparisons.results.folder import PAGE, held
     from reports.pages.hard_cases import hard_cases_page
@@ -236,8 +235,7 @@ def hard_cases(
     )
     page = out / PAGE
     with held(out):
-        record = watched(run, lambda: write_text(page, hard_cases_page(load_record(out))))
-        write_text(page, hard_cases_page(record))
+        record = watched(run, lambda record: write_text(page, hard_cases_page(record)))
     if json is not None:
         write_named_text(json, record.model_dump_json(indent=1) + "\n")
     console = Terminal()

@@ -216,7 +216,6 @@ def sphere_scene(folder: Path, rng: np.random.Generator) -> SceneRecord:
                 "Hertz (Johnson 1985, eq. 4.22-4.24), exact.",
                 {name: {"arithmetic": [0.0] * len(DEPTHS)} for name in ("force", "contact_area")},
             ),
-            answer="For 1 % in force: reduced, 10 springs, 2 µs (BEM 20 ms, FEM 5 s); exact truth.",
             disagreements=(),
             rows=Rows.of(rows),
             verdicts=tuple(verdict for verdict in verdicts if verdict.method != "closed_form"),
@@ -340,7 +339,6 @@ def rough_scene(folder: Path, rng: np.random.Generator) -> SceneRecord:
                     "contact_area": {"discretisation": [0.016] * 7, "realisations": [0.012] * 7},
                 },
             ),
-            answer="For 5 % in contact area: no setting of the reduced model (best 8 %).",
             disagreements=(
                 "Contact area at the lowest load: bem_fft 64 and 128 differ by 4.1 %, bars 2 %.",
             ),

@@ -17,6 +17,7 @@ from comparisons.methods.registry import SOLVERS, concerned
 from comparisons.questions import study as study_module
 from comparisons.questions.study import Study
 from comparisons.results import store
+from comparisons.results.advice import advise
 from comparisons.results.record import FIELDS_FOLDER
 from comparisons.results.store import MEASURES, RESULTS, STUDY, TO_TAKE, load_study
 from comparisons.scene.scene import load_scene
@@ -456,5 +457,5 @@ def test_without_any_truth_the_rows_are_there_and_the_answer_says_so(scene, tmp_
     only = scene(indenter=square, compare={"methods": ["reduced"], "resolutions": [10]})
     record = Study(plan_scene(only), tmp_path / "out").run()
     assert record.scenes[0].reference == NO_REFERENCE
-    assert "so no reference is available" in record.scenes[0].answer
+    assert "so no reference is available" in advise(record.scenes[0]).sentence
     assert load_study(tmp_path / "out").scenes[0].reference == NO_REFERENCE

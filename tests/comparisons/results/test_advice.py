@@ -59,7 +59,6 @@ def record(rows, method="closed_form", bar=0.0, quantities=("force",), tolerance
             bars={name: Bar(bar, 1) for name in quantities},
         ),
         verdicts=verdicts,
-        answer="",
         disagreements=(),
         rows=Rows.of(table),
     )

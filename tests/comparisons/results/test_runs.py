@@ -56,7 +56,6 @@ def study(tmp_path, *, factor=1.0, seconds=0.1, verdict="within", converged=True
         plan=PlanRecord(),
         reference=Reference("bem_fft", 20, ""),
         verdicts=(judged,),
-        answer="",
         disagreements=(),
         rows=Rows.of(pd.DataFrame(rows)),
     )

@@ -75,7 +75,6 @@ def record(tmp_path):
         tolerance=0.01,
         plan=PLAN,
         reference=REFERENCE,
-        answer="No method got there.",
         disagreements=("a and b differ",),
         rows=Rows.of(rows),
         verdicts=(JUDGED, MISSING),
@@ -100,7 +99,7 @@ def test_a_study_comes_back_as_it_was(record):
     for name in ("created", "command", "effort", "seconds", "machine", "versions", "interrupted"):
         assert getattr(again, name) == getattr(record, name)
     (old,), (new,) = record.scenes, again.scenes
-    for name in ("name", "title", "text", "control", "quantities", "tolerance", "plan", "answer"):
+    for name in ("name", "title", "text", "control", "quantities", "tolerance", "plan"):
         assert getattr(new, name) == getattr(old, name)
     assert new.disagreements == old.disagreements
     # NaN is not equal to itself: written out they are the same.

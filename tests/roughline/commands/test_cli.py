@@ -804,7 +804,7 @@ def test_control_c_is_code_3_whatever_becomes_of_it(tmp_path, becomes):
     [
         ("study.store.save_study", "ValueError('a bug')", 1, "ValueError: a bug\n"),
         (
-            *("everyday._write_page", "OSError(28, 'disk full')"),
+            *("everyday._write_study", "OSError(28, 'disk full')"),
             *(2, "cannot read or write: [Errno 28] disk full\n"),
         ),
     ],
