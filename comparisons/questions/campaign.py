@@ -29,6 +29,13 @@ R = TypeVar("R")
 # Part of a campaign divided among several machines: index and number of parts.
 Part = tuple[int, int]
 WHOLE: Part = (1, 1)
+
+
+def part_text(part: Part) -> str:
+    """Return a part as "K/N", nothing for the whole."""
+    return "" if part == WHOLE else "{}/{}".format(*part)
+
+
 Watch = Callable[["Campaign[Any, Any]", Done | None], None]
 ADVICE = "completed solves are kept: use --resume to continue, --workers 1 to save memory"
 

@@ -20,7 +20,7 @@ from comparisons.errors import InputError, ResultsError
 from comparisons.facts.quantities import DISTRIBUTIONS, FIELDS
 from comparisons.machine import source_digest
 from comparisons.methods.registry import planned_solver
-from comparisons.questions.campaign import WHOLE, Campaign, Options, Part
+from comparisons.questions.campaign import WHOLE, Campaign, Options, Part, part_text
 from comparisons.results import ensemble_folder as bundles
 from comparisons.results.folder import Header, Layout, Run
 from comparisons.scene.scene import Scene
@@ -113,7 +113,7 @@ class Ensemble(Campaign[list[bundles.Bundle], bundles.EnsembleResult]):
         self, header: Header, answers: Mapping[str, list[bundles.Bundle]]
     ) -> bundles.EnsembleResult:
         """Return the statistics of all files of the folder."""
-        return result_of(self, header, "" if self.part == WHOLE else "{}/{}".format(*self.part))
+        return result_of(self, header, part_text(self.part))
 
     def save(self, record: bundles.EnsembleResult) -> None:
         """Write ensemble.json and statistics.csv."""
@@ -148,7 +148,7 @@ def identity(task: Task) -> str:
 
 
 def result_of(
-    ensemble: Ensemble, header: Header, part: str = "", runs: list[Run] | None = None
+    ensemble: Ensemble, header: Header, part: str = "", runs: tuple[Run, ...] = ()
 ) -> bundles.EnsembleResult:
     """Return the record and the statistics of all files of a folder."""
     loads = [float(load) for load in ensemble.loads.values]
@@ -173,7 +173,7 @@ def result_of(
         source=source_digest(),
         missing=missing,
         settings=[setting for setting, _ in summaries],
-        runs=runs or [],
+        runs=runs,
     )
     nothing = pd.DataFrame(columns=["method"])
     tables = [table for _, table in summaries] or [nothing]

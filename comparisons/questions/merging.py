@@ -24,7 +24,7 @@ from comparisons.machine import source_digest, versions
 from comparisons.questions.ensemble import Ensemble, result_of
 from comparisons.questions.study import Study, solve_task
 from comparisons.results import ensemble_folder as ensembles
-from comparisons.results.folder import Header, Run, filled
+from comparisons.results.folder import Header, PartHeader, Run, filled
 from comparisons.results.record import FIELDS_FOLDER, SceneRecord, StudyRecord
 from comparisons.results.run_comparison import MOVED
 from comparisons.results.store import STUDY, load_study
@@ -94,8 +94,7 @@ def merge(directories: Iterable[Path], out: Path, command: str = "", files: Path
         seconds = sum(run.seconds for run in runs) + time.perf_counter() - started
         # An interrupted run lists only the scenes that it had started; there may be more.
         interrupted = any(run.interrupted for run in runs)
-        parts = tuple(_parts(runs))
-        own = {"seconds": seconds, "runs": parts, "interrupted": interrupted}
+        own = {"seconds": seconds, "runs": _parts(runs), "interrupted": interrupted}
         study.save(together.model_copy(update=own))
     study.directory = out
     return study
@@ -149,15 +148,18 @@ def merge_ensembles(
             "interrupted": any(run.interrupted for run in runs.values()),
         }
         ensemble = Ensemble(parse_scene(last.text, last.name, Path()), folder)
-        merged = result_of(ensemble, Header(**header), runs=list(_parts(runs.values())))
+        merged = result_of(ensemble, Header(**header), runs=_parts(runs.values()))
         ensembles.save_ensemble(folder, merged)
     return merged
 
 
-def _parts(runs: Iterable[StudyRecord | ensembles.EnsembleRecord]) -> Iterator[Run]:
-    """Yield the runs; one that was merged before is told as those that it was merged from."""
-    for run in runs:
-        yield from run.runs or [Run(run.created, run.command, run.seconds, run.machine)]
+def _parts(runs: Iterable[PartHeader]) -> tuple[Run, ...]:
+    """Return the runs; one that was merged before is told as those that it was merged from."""
+    return tuple(
+        part
+        for run in runs
+        for part in run.runs or [Run(run.created, run.command, run.seconds, run.machine)]
+    )
 
 
 def _refuse(what: str, problems: Iterable[str]) -> None:
@@ -181,7 +183,7 @@ def _unlike(runs: list[StudyRecord]) -> Iterator[str]:
             yield f"{run.directory}: a {run.effort} run, the first one is {runs[0].effort}"
 
 
-def _other_versions(directory: Path, run: StudyRecord | ensembles.EnsembleRecord) -> list[str]:
+def _other_versions(directory: Path, run: PartHeader) -> list[str]:
     """Return the packages, and the source of roughline, of a run that are not those here."""
     theirs = {**run.versions, "roughline's source": (run.source or "not recorded")[:12]}
     ours = versions() | {"roughline's source": source_digest()[:12]}

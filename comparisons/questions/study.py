@@ -17,7 +17,7 @@ from comparisons.files import write_arrays
 from comparisons.judging.refinement import enlarged, expected, refinements
 from comparisons.judging.verdicts import of_steps, step_at
 from comparisons.machine import source_digest
-from comparisons.questions.campaign import WHOLE, Campaign, Options, Part
+from comparisons.questions.campaign import WHOLE, Campaign, Options, Part, part_text
 from comparisons.results import store
 from comparisons.results.folder import MAILED, PAGE, Header, Layout, Run
 from comparisons.results.record import FIELDS_FOLDER, StudyRecord
@@ -90,7 +90,7 @@ class Study(Campaign[None, StudyRecord]):
         self.plans[index] = plan = enlarged(plan, self.solved(plan), self.effort)
         del self._expected[index]
         yield self._jobs([t for t in plan.tasks if t.key not in begun][share])
-        if self.effort == "quick" or self._is_part:
+        if self.effort == "quick" or self.part != WHOLE:
             return
         for finer in refinements(plan, self.solved):
             self.plans[index] = finer
@@ -117,7 +117,7 @@ class Study(Campaign[None, StudyRecord]):
         """Return the remaining time; finer grids may follow at full effort."""
         kinds = [kind for kinds in self._expected.values() for kind in kinds]
         left = self._inquiries.remaining(kinds)
-        refined = self.effort == "full" and not self._is_part
+        refined = self.effort == "full" and self.part == WHOLE
         may_follow = refined and any(
             plan.scene.compare.resolutions is None and plan.scene.name not in self.finished
             for plan in self.plans
@@ -146,7 +146,7 @@ class Study(Campaign[None, StudyRecord]):
         begun = [
             plan
             for plan in self.plans
-            if (self._is_part and self._begun)
+            if (self.part != WHOLE and self._begun)
             or any(task.key in self._solutions for task in plan.tasks)
         ]
         scenes = []
@@ -166,7 +166,7 @@ class Study(Campaign[None, StudyRecord]):
             directory=self.directory,
             scenes=tuple(scenes),
             source=source_digest(),
-            part=f"{self.part[0]}/{self.part[1]}" if self._is_part else "",
+            part=part_text(self.part),
             runs=self._merged,
         )
 
@@ -238,10 +238,6 @@ class Study(Campaign[None, StudyRecord]):
         for task, solution in solutions:
             save_solution(self._path(task), solution)
             self._solutions[task.key] = solution
-
-    @property
-    def _is_part(self) -> bool:
-        return self.part[1] > 1
 
     def _path(self, task: Task) -> Path:
         return self.directory / FIELDS_FOLDER / f"{task.key}.npz"

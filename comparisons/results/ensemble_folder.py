@@ -26,7 +26,7 @@ import pandas as pd
 
 from comparisons.errors import InputError, ResultsError
 from comparisons.files import write_atomically, write_table
-from comparisons.results.folder import Form, Header, Run, read_record
+from comparisons.results.folder import Form, PartHeader, read_record
 from comparisons.tasks.solution import Solution
 
 RECORD, TABLE, SURFACES = "ensemble.json", "statistics.csv", "surfaces"
@@ -50,7 +50,7 @@ class SettingRecord(Form):
     digest: str  # SHA-256 of all curves in the order of the surfaces, whatever the bundles
 
 
-class EnsembleRecord(Header):
+class EnsembleRecord(PartHeader):
     """An ensemble: scene, loads, what is solved and what is missing."""
 
     # The scene, as TOML in SI units.
@@ -59,11 +59,8 @@ class EnsembleRecord(Header):
     control: str  # the prescribed quantity
     loads: list[float]
     surfaces: int  # number of the whole ensemble
-    part: str  # "K/N" where only this part was solved here
-    source: str  # digest of roughline's own source
     missing: list[str]  # setting and range of the surfaces that are not solved
     settings: list[SettingRecord]
-    runs: list[Run]  # the runs that were merged
 
 
 class EnsembleResult(NamedTuple):

@@ -177,6 +177,14 @@ class Header(Form):
         write_text(file, self.model_dump_json(indent=1) + "\n")
 
 
+class PartHeader(Header):
+    """A run that may be a part of a whole, or have been merged of parts."""
+
+    source: str = ""  # digest of roughline's own source
+    part: str = ""  # "K/N" where only this part was solved here
+    runs: tuple[Run, ...] = ()  # the runs that were merged
+
+
 Record = TypeVar("Record", bound=Header)
 
 

@@ -36,7 +36,7 @@ from comparisons.formatting import count
 from comparisons.judging.truth import Reference
 from comparisons.judging.verdicts import LAST_LOAD, NO_RESULT, Verdict
 from comparisons.reasons import STEEP
-from comparisons.results.folder import Header, Run
+from comparisons.results.folder import PartHeader
 from comparisons.results.rows import NO_ROWS, Rows
 from comparisons.scene.half_space import DEPTH_KEYS
 from comparisons.scene.loading import PATHS
@@ -491,15 +491,12 @@ def is_calibrated(tables: Mapping[str, Any], name: str) -> bool:
     return name in (ROUGH_SURFACES if "surface" in tables else SINGLE_CONTACTS)
 
 
-class StudyRecord(Header):
+class StudyRecord(PartHeader):
     """A whole results folder."""
 
     effort: Literal["quick", "full"]
     interrupted: bool = False
     scenes: tuple[SceneRecord, ...]
-    source: str = ""  # digest of roughline's own source
-    part: str = ""  # "K/N" where only this part of the tasks was solved here
-    runs: tuple[Run, ...] = ()  # the runs that were merged
     directory: Annotated[Path, Field(exclude=True)] = Path()
 
 
