@@ -19,12 +19,6 @@ from comparisons.facts.methods import MODEL, title_of
 from comparisons.results.record import SceneRecord
 
 
-def measured_curve(scene: SceneRecord) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return the measured penetrations and forces, or None."""
-    stored = scene.plan.measured
-    return (np.array(stored.penetration), np.array(stored.force)) if stored else None
-
-
 def computed_curve(scene: SceneRecord, method: str) -> tuple[np.ndarray, np.ndarray]:
     """Return the penetrations and forces of a method at its finest resolution, increasing."""
     rows = scene.curve(method)
@@ -36,15 +30,15 @@ def computed_curve(scene: SceneRecord, method: str) -> tuple[np.ndarray, np.ndar
 
 def modulus_fits(scene: SceneRecord) -> dict[str, ModulusFit]:
     """Return the fits with the curves of the reduced model and of the reference, where possible."""
-    measured, stated = measured_curve(scene), scene.plan.measured
-    if measured is None or stated is None:
+    measured = scene.plan.measured
+    if measured is None:
         return {}
     fits = {}
     for name in dict.fromkeys([MODEL, scene.reference.method]):
         computed = computed_curve(scene, name)
         if len(computed[0]) < 2 or not (np.diff(computed[0]) > 0).all():
             continue
-        fit = fit_modulus(measured, computed, stated.modulus, fit_zero=stated.fit_zero)
+        fit = fit_modulus(measured.curve, computed, measured.modulus, fit_zero=measured.fit_zero)
         if fit is not None:
             fits[name] = fit
     return fits
@@ -52,7 +46,7 @@ def modulus_fits(scene: SceneRecord) -> dict[str, ModulusFit]:
 
 def modulus_sentence(scene: SceneRecord) -> str:
     """Return the fitted moduli in a sentence; empty without a measured curve."""
-    measured = measured_curve(scene)
+    measured = scene.plan.measured
     if measured is None:
         return ""
     fits = modulus_fits(scene)
@@ -65,7 +59,7 @@ def modulus_sentence(scene: SceneRecord) -> str:
         zero = f", first touch at {fmt.with_unit(fit.zero, 'm')}," if fit.zero else ""
         text = f"{fmt.number(fit.modulus * scale.factor, 4)} ± {spread} {scale.unit}{zero}"
         moduli.append(f"{text} by {title_of(name)}")
-    used, count = next(iter(fits.values())).used, len(measured[0])
+    used, count = next(iter(fits.values())).used, len(measured.force)
     return (
         f"Measured curve: E* = {', '.join(moduli)}; 95 % intervals for independent noise, "
         f"{fmt.count(used)} of {fmt.count(count)} points."

@@ -217,13 +217,10 @@ class SceneRecord:
         built_in = [name for name in ours() if name in names]
         return built_in + [name for name in dict.fromkeys(names) if name and name not in built_in]
 
-    def called(self, method: str) -> str:
-        """Return what a method is called here, where that is not its usual title; else ""."""
-        return next((item.title for item in self.plan.methods if item.method == method), "")
-
     def title_of(self, method: str) -> str:
         """Return what a method is called here: finite elements have two kinds of meshes."""
-        return self.called(method) or title_of(method)
+        titles = (item.title for item in self.plan.methods if item.method == method)
+        return next(filter(None, titles), title_of(method))
 
     def dimension_of(self, method: str) -> int:
         """Return the dimension of a method, also of one that is not here any more."""

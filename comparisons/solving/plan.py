@@ -58,6 +58,11 @@ class Measured:
         if len(self.penetration) != len(self.force) or not self.modulus > 0:
             raise ValueError("expected as many forces as penetrations, and a positive modulus")
 
+    @property
+    def curve(self) -> tuple[np.ndarray, np.ndarray]:
+        """Its penetrations and forces."""
+        return np.array(self.penetration), np.array(self.force)
+
 
 @dataclass(frozen=True)
 class Roughness:

@@ -14,13 +14,7 @@ import pandas as pd
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import FIELDS, NORMAL, quantity
 from comparisons.judging.metrics import sizes_along_path
-from comparisons.results.measured import (
-    computed_curve,
-    force_at,
-    measured_curve,
-    modulus_fits,
-    modulus_sentence,
-)
+from comparisons.results.measured import computed_curve, force_at, modulus_fits, modulus_sentence
 from comparisons.results.record import SceneRecord, once
 from reports.plots.axes import value_axis, wants_log
 from reports.plots.figure import Axis, Band, Figure, Level, Series
@@ -263,11 +257,11 @@ def _caption(scene: SceneRecord, name: str, apart: float) -> str:
 
 def measured(scene: SceneRecord) -> Figure | None:
     """Return measured points with the curves of the model and of the reference, fitted by E*."""
-    known, stated = measured_curve(scene), scene.plan.measured
-    if known is None or stated is None:
+    stated = scene.plan.measured
+    if stated is None:
         return None
-    stride = -(-len(known[0]) // MOST_MEASURED)
-    x, y = (values[::stride] for values in known)
+    stride = -(-len(stated.force) // MOST_MEASURED)
+    x, y = (values[::stride] for values in stated.curve)
     points = Look("measured", MUTED, CIRCLE, size=5)
     drawn = [Series(points, x, y, line=False, hover="measured", faint=0.6)]
     fits = modulus_fits(scene)

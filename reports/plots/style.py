@@ -113,13 +113,12 @@ def look(method: str, scene: SceneRecord | None = None, among: Iterable[str] = M
 
     With a scene, under the name that the method has there, and among the scene's.
     """
+    title = scene.title_of(method) if scene else title_of(method)
     if method in LOOKS:
-        called = "" if scene is None else scene.called(method)
-        return LOOKS[method].labelled(called) if called else LOOKS[method]
+        return LOOKS[method].labelled(title)
     place = sorted({method, *(scene.methods if scene else among)} - {*LOOKS}).index(method)
     marker = OUTSIDE_MARKERS[place % len(OUTSIDE_MARKERS)]
     dash = OUTSIDE_DASHES[place % len(OUTSIDE_DASHES)]
-    title = scene.title_of(method) if scene else title_of(method)
     return Look(title, PEER, marker, dash, 8)
 
 

@@ -236,7 +236,7 @@ def recorded(scene, **changes):
 
 def bare(study, **changes):
     """Return a study of one scene of which nothing is known but its name."""
-    empty = {"rows": NO_ROWS, "verdicts": (), "fields": {}, "answer": ""}
+    empty = {"rows": NO_ROWS, "verdicts": (), "fields": {}}
     empty |= {"plan": PlanRecord(), "reference": NO_REFERENCE}
     scene = recorded(study.scenes[0], **(empty | changes))
     return study.model_copy(update={"scenes": (scene,), "machine": {}, "interrupted": True})
