@@ -19,7 +19,12 @@ EXAMPLES = Path(__file__).resolve().parents[3] / "docs" / "examples"
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "workers", "runs"),
-    [("run", "0", "4"), ("run", "2", "1"), ("claims", "0", "1"), ("ensemble", "0", "2")],
+    [
+        ("run", "0", "3"),
+        pytest.param("run", "2", "1", marks=pytest.mark.nightly),
+        ("claims", "0", "1"),
+        ("ensemble", "0", "2"),
+    ],
 )
 def test_what_is_killed_at_random_moments_ends_like_what_is_not(kind, workers, runs, monkeypatch):
     """A few moments of the twenty of docs/cluster.md, and one of a command with two processes.

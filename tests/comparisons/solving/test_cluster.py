@@ -124,6 +124,7 @@ def test_workers_with_more_threads_are_refused():
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_a_study_on_a_cluster_with_a_killed_worker_is_the_serial_one(
     ensemble, mortal, tmp_path, serial
 ):
