@@ -7,7 +7,6 @@ from importlib import metadata
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 
 import roughline
@@ -32,7 +31,7 @@ from comparisons.questions.claims.runner import _repeats
 from comparisons.questions.hard_cases.case import catalogue
 from comparisons.questions.hard_cases.run import outcomes
 from comparisons.questions.single import solve_scene
-from comparisons.questions.study import solved_in_memory
+from comparisons.questions.study import Study, solved_in_memory
 from comparisons.results.record import StudyRecord
 from comparisons.results.scene_record import record_scene
 from comparisons.results.store import load_study
@@ -40,6 +39,7 @@ from comparisons.scene.scene import load_scene
 from comparisons.solving import external_work
 from comparisons.solving.execution import execute
 from comparisons.solving.inquiries import answer_of
+from comparisons.solving.jobs import executor_for
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 from comparisons.tasks.solution import Solution, arrays_of
@@ -185,13 +185,15 @@ def test_misbehaving_methods_cost_only_their_own_rows(bad, tmp_path, capsys):
 @pytest.mark.slow
 def test_workers_know_the_methods_of_the_command_line(tmp_path):
     """Also those that an earlier study of this process started, before it had the method."""
-    earlier = ["run", "paraboloid", "--no-pictures", "--methods", "closed_form,reduced"]
-    assert run_command([*earlier, "--workers", "2", "--out", str(tmp_path / "earlier")]) == 0
-    arguments = ["run", "paraboloid", "--no-pictures", "--methods", "closed_form,winkler"]
-    arguments += ["--workers", "2", "--method-file", str(EXAMPLE), "--out", str(tmp_path / "out")]
-    assert run_command(arguments) == 0
-    rows = pd.read_csv(tmp_path / "out" / "results.csv")
-    assert rows[rows["method"] == "winkler"]["converged"].all()
+
+    def solved(name):
+        plans = plan_scene(load_scene("paraboloid", {"compare.methods": ["closed_form", name]}))
+        return Study(plans, tmp_path / name, executor=executor_for(2)).run().scenes[0].rows
+
+    solved("reduced")
+    assert add_methods([EXAMPLE]) == []
+    rows = solved("winkler")
+    assert rows["converged"][rows["method"] == "winkler"].all()
 
 
 def test_a_method_that_always_hangs_is_asked_a_few_times_only(monkeypatch):
