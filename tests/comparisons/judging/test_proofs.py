@@ -10,7 +10,6 @@ import pytest
 from threadpoolctl import threadpool_info
 
 import roughline
-from comparisons.errors import InputError
 from comparisons.judging import truth as judging
 from comparisons.judging.truth import Truth
 from comparisons.methods.normal import proved
@@ -19,7 +18,7 @@ from comparisons.questions.single import solve_scene
 from comparisons.results.record import StudyRecord
 from comparisons.results.rows import Rows
 from comparisons.results.scene_record import record_scene
-from comparisons.scene.scene import load_scene, make_scene
+from comparisons.scene.scene import make_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
@@ -27,7 +26,6 @@ from reference import closed_form
 from reports.plots.curves import PROVED, curve
 from roughline.commands.terminal import print_study
 
-BLOCK = Path(__file__).parents[3] / "docs" / "examples" / "block.toml"
 BALL = {
     "name": "ball",
     "half_space": {"effective_modulus": "1 GPa"},
@@ -128,54 +126,6 @@ def test_a_face_of_which_no_place_sees_all_lies_between_parts_of_it_and_its_hull
     assert (columns["stiffness"] < columns["stiffness_upper"]).all()
     np.testing.assert_allclose(columns["stiffness_upper"], 1.1523 * 5e9, rtol=2e-3)
     np.testing.assert_allclose(columns["stiffness_lower"], 2e9 * np.sqrt(13 / np.pi), rtol=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("tables", "reason"),
-    [
-        ({"adhesion": {"work": "0.05 J/m^2"}, "compare": {"quantities": ["force"]}}, "friction"),
-        ({"indenter": {"shape": "profile", "r": [0, 1e-3], "f": [0, 1e-4]}}, "no bound"),
-        ({"indenter": {"shape": "power_law", "exponent": 0.5, "coefficient": 0.1}}, "convex"),
-        (
-            {"indenter": {"shape": "ellipsoid", "radius_x": "1 mm", "radius_y": "1 m"}},
-            "the contact is 67.9 times as long as wide, .* ratios up to 60",
-        ),
-        (
-            {"indenter": {"shape": "rectangle_punch", "sides": ["1 mm", "31 mm"]}},
-            "the face is 31 times as long as wide, .* ratios up to 30",
-        ),
-        (
-            {
-                "indenter": {"shape": "sphere", "radius": "1 mm"},
-                "loading": {"penetration": ["1.5 mm"]},
-            },
-            "up to a penetration of 0.001 m",
-        ),
-        (
-            {"indenter": {"shape": "sphere", "radius": "1 mm"}, "loading": {"force": ["5 kN"]}},
-            "up to a force of 1200 N, and the largest is 5000 N",
-        ),
-    ],
-)
-def test_what_no_theorem_covers_is_refused_before_anything_is_solved(tables, reason):
-    scene = {**BALL, **{k: t for k, t in tables.items() if k != "compare"}}
-    scene["compare"] = {**BALL["compare"], **tables.get("compare", {})}
-    with pytest.raises(InputError, match=reason):
-        solve_scene(scene, "bem_fft", 8)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("scene", "reason"),
-    [
-        ("friction-steel", "without friction, adhesion or memory"),
-        ("rubber-ball", "without friction, adhesion or memory"),
-        (BLOCK, "for a half-space, and the \\[body\\] is finite"),
-    ],
-)
-def test_theorems_refuse_scenes_with_their_reason(scene, reason):
-    with pytest.raises(InputError, match=f"compare.proved: .*{reason}"):
-        plan_scene(load_scene(scene, {"compare.proved": True}))
 
 
 def test_a_report_draws_the_interval_and_says_which_bars_miss_it(monkeypatch):

@@ -151,7 +151,8 @@ def test_this_version_is_its_own_baseline(quick_suite):
         replace(scene, rows=scene.rows.where(np.isin(scene.rows["method"], CHECKED)))
         for scene in taken
     ]
-    findings = drift(load_study(PACKAGED), replace(now, scenes=(*known, *now.scenes)))
+    now = now.model_copy(update={"scenes": (*known, *now.scenes)})
+    findings = drift(load_study(PACKAGED), now)
     assert {finding.scene for finding in findings} == set(CHECK_SCENES)
     drifted = [finding for finding in findings if finding.drifted]
     assert not drifted, drifted

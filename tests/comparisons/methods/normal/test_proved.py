@@ -1,6 +1,7 @@
 """Rough scenes between proved bounds: free patches and periods, under force and penetration."""
 
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from comparisons.scene.scene import load_scene
 from comparisons.solving.planning import plan_scene
 from reference.bounds.interval import Interval, inverse
 
+BLOCK = Path(__file__).parents[4] / "docs" / "examples" / "block.toml"
 FORCE = {"force": {"values": [0.05], "relative_to": "E* A0 h'"}}
 
 
@@ -120,6 +122,13 @@ def test_an_energy_that_underflows_is_not_enclosed():
     assert 0 < sides["energy_lower"][1] < sides["energy_upper"][1]
 
 
+def indented(shape, **keys):
+    return {"indenter": {"shape": shape, **keys}}
+
+
+SPHERE = indented("sphere", radius="1 mm") | {"half_space": {"effective_modulus": "1 GPa"}}
+
+
 @pytest.mark.parametrize(
     ("scene", "changes", "reason"),
     [
@@ -133,9 +142,35 @@ def test_an_energy_that_underflows_is_not_enclosed():
             "up to a penetration of",
         ),
         ("rough-patch", {"loading": {"mean_gap": ["10 nm"]}}, "nothing .* prescribed mean_gap"),
+        ("adhesive-ball", {}, "without friction, adhesion or memory"),
+        ("friction-steel", {}, "without friction, adhesion or memory"),
+        ("rubber-ball", {}, "without friction, adhesion or memory"),
+        (BLOCK, {}, r"for a half-space, and the \[body\] is finite"),
+        ("paraboloid", indented("profile", r=[0, 1e-3], f=[0, 1e-4]), "no bound"),
+        ("paraboloid", indented("power_law", exponent=0.5, coefficient=0.1), "convex"),
+        (
+            "paraboloid",
+            indented("ellipsoid", radius_x="1 mm", radius_y="1 m"),
+            "the contact is 67.9 times as long as wide, .* ratios up to 60",
+        ),
+        (
+            "paraboloid",
+            indented("rectangle_punch", sides=["1 mm", "31 mm"]),
+            "the face is 31 times as long as wide, .* ratios up to 30",
+        ),
+        (
+            "paraboloid",
+            SPHERE | {"loading": {"penetration": ["1.5 mm"]}},
+            r"up to a penetration of 1.00\smm",
+        ),
+        (
+            "paraboloid",
+            SPHERE | {"loading": {"force": ["5 kN"]}},
+            r"up to a force of 1.20\skN, and the largest is 5.00\skN",
+        ),
     ],
 )
-def test_rough_scenes_of_which_nothing_is_proved_are_refused_in_words(scene, changes, reason):
+def test_scenes_of_which_nothing_is_proved_are_refused_in_words(scene, changes, reason):
     with pytest.raises(InputError, match=f"compare.proved: .*{reason}"):
         plan_scene(load_scene(scene, changes | {"compare.proved": True}))
 
