@@ -25,7 +25,7 @@ from reference.errors import ConvergenceError, refuse
 from reference.halfspace.cohesive import CohesiveLaw
 from reference.halfspace.kernels import whole
 
-_MEMORY, _ITERATIONS = 20, 20_000
+_MEMORY, _ITERATIONS = 5, 20_000
 _SETTINGS = 12  # of the machine at most; each cuts the error by the ratio of both stiffnesses
 _SAME = 1e-3
 _UNBALANCED = 1e-4  # largest tension that nothing balances, relative to the strength of the law
