@@ -25,11 +25,11 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike
+from scipy.optimize import brentq
 
 from reduced.errors import finite_faults, positive_faults, refuse
 from reduced.friction.slide import Friction
 from reduced.loads import Load
-from reduced.profiles.section import bisect
 from reduced.springs.indent import indent
 from reduced.springs.line import Springs
 
@@ -137,19 +137,22 @@ def roll_rough(
         wrong.append("gap and roughness must be finite")
     refuse(wrong)
     stiffness = effective_modulus * spacing
-    # the penetration at which the mean of the normal forces is the given one
-    low = float(gap.min() - heights.max())
+    # the way from first touch at which the mean of the normal forces is the given one; at most one
+    # on which each spring bears twice its share
+    carried = force / stiffness
+    touch = float(gap.min() - heights.max())
+    below, raised = gap - gap.min(), heights - heights.max()
+    farthest = 2 * carried / gap.size + float(below.max() - raised.min())
 
-    def carries(depth: float) -> bool:
-        normal, _ = _windows(gap, heights, depth, 0.0)
-        return bool(normal.mean() >= force / stiffness)
+    def excess(way: float) -> float:
+        return float(_windows(below, raised, way, 0.0)[0].mean()) - carried
 
-    depth = bisect(carries, low, low + 1.0)
+    way = brentq(excess, 0.0, farthest, xtol=1e-15 * farthest, rtol=1e-15)
     unit = friction.coefficient * stiffness
     step = friction.tangential_modulus * creep * spacing * spacing / unit
-    normal, pulled = _windows(gap, heights, depth, step)
+    normal, pulled = _windows(below, raised, way, step)
     return RollingRough(
-        float(depth),
+        touch + way,
         float(normal.mean() * stiffness),
         float(pulled.mean() * unit),
         float(pulled.std() * unit),
