@@ -31,7 +31,7 @@ from comparisons.judging.truth import (
 )
 from comparisons.judging.uncertainty import combined
 from comparisons.judging.verdicts import LAST_LOAD, NAN, NO_RESULT, OUTSIDE, Verdict, judged
-from comparisons.methods.normal.proved import enclosures_asked_for
+from comparisons.methods.normal.proved import enclosures_asked_for, warm_up
 from comparisons.reasons import UNJUDGED
 from comparisons.results.record import NOBODY, SceneRecord
 from comparisons.results.rows import Rows
@@ -76,6 +76,8 @@ def record_scene(
     reference, verification = NO_REFERENCE, None
     disagreements: tuple[str, ...] = ()
     if truth is not None:
+        if prove and scene.compare.proved:
+            warm_up(scene.rough, plan.geometry.periodic)
         started = time.perf_counter()
         sides = enclosures_asked_for(scene, plan.geometry, plan.loads) if prove else {}
         if sides:

@@ -109,6 +109,7 @@ class BemFft(HalfSpaceGrid):
     """Free (zero-padded) or periodic half-space, layered or not; every scene."""
 
     name = "bem_fft"
+    coarsens = True
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)

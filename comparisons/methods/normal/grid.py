@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from functools import partial
-from typing import Any, Generic, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 
@@ -67,8 +67,16 @@ AnyOperator = TypeVar("AnyOperator", bound=ElasticBody)
 # (by FFT BEM of a single surface further: `bem_fft.FURTHER`).
 MOST_INDENTER_CELLS = 3_000_000
 LARGEST_REFINED = {1: 2**24, 2: 1400**2, 4: 512**2}
-# The gap of a ball on a handful of cells of size 1, for compiling.
-SMALL_BALL = ((np.indices((8, 8)) - 3.5) ** 2).sum(axis=0) / 16
+# Cells per side from which a solve by descent begins on coarser grids.
+COARSENED = 128
+
+
+def ball(side: int) -> np.ndarray:
+    """Return the gap of a ball on cells of size 1, a side of which is its radius: to compile on."""
+    return np.asarray(((np.indices((side, side)) - (side - 1) / 2) ** 2).sum(axis=0) / (2 * side))
+
+
+SMALL_BALL = ball(8)
 
 # Largest error of the unit displacement from which a stiffness is taken; it errs by the square of
 # that. The looser one is as far as single precision comes in one go.
@@ -157,6 +165,7 @@ class GridSolver(Solver[Geometry], Generic[AnyOperator]):
 
     # Solver of the linear problem of a flat face; None: faces are like other shapes.
     face: Respond | None = None
+    coarsens: ClassVar[bool] = False  # whether a solve begins on coarser grids
 
     def operator(
         self, task: Task, shape: tuple[int, int], spacing: tuple[float, float]
@@ -186,19 +195,23 @@ class GridSolver(Solver[Geometry], Generic[AnyOperator]):
     def warm_up(self, task: Task) -> None:
         """Solve a paraboloid on a handful of the scene's cells, on its kind of half-space.
 
-        Layers that are thin against other cells would be none.
+        Layers that are thin against other cells would be none. A large grid has coarser ones, and
+        warms up on so many cells that these are used.
         """
         rough = isinstance(task.geometry, RoughGeometry)
         side = task.geometry.size[0] if rough else task.geometry.contact_radius
         cell = float(side / task.resolution)
-        gap = cell * SMALL_BALL
+        large = self.coarsens and cells(task.geometry, task.resolution) >= COARSENED**2
+        gap = cell * ball(2 * COARSENED if large else 8)
         operator = self.operator(task, gap.shape, (cell, cell))
-        # Half the mean gap is open on a periodic half-space, and a contact on a free one.
-        half = 0.5 * float(gap.mean())
-        force = 0.1 * operator.effective_modulus * cell**2
-        load = force if task.loads.control == "force" else half
-        for _ in self.sweep(task, operator, gap, np.array([load, 1.1 * load])):
-            pass
+        # Half the mean gap is open on a periodic half-space, and a contact on a free one, whose
+        # width is more than half of the grid's; the force is about that of it.
+        load = 0.5 * float(gap.mean())
+        if task.loads.control == "force":
+            load = 0.01 * operator.effective_modulus * cell**2 * gap.size
+        for contact in self.sweep(task, operator, gap, np.array([load, 1.1 * load])):
+            if rough:
+                located_area(contact, patch=True)
 
     def refusal(self, task: Task) -> str:
         """Refuse grids that only a very elongated indenter asks for."""

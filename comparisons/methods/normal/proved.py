@@ -22,6 +22,7 @@ from comparisons.facts.quantities import quantity
 from comparisons.facts.quantities.rows import ENCLOSED
 from comparisons.formatting import told_apart
 from comparisons.geometry.prepare import Geometry, RoughGeometry
+from comparisons.methods.normal.grid import COARSENED, SMALL_BALL, ball
 from comparisons.methods.solver import Refused
 from comparisons.scene.indenters import axisymmetric as round_shapes
 from comparisons.scene.indenters.indenter import Indenter
@@ -114,6 +115,19 @@ def enclosures_asked_for(
         if scene.compare.proved == "if_any":
             return {}
         raise
+
+
+@cache
+def warm_up(rough: bool, periodic: bool) -> None:
+    """Compile what the bounds run, once in a process, so that no timing of a proof contains it."""
+    with threadpool_limits(limits=1):
+        if rough and periodic:
+            bowl = -ball(COARSENED // _LEAST)
+            PeriodicSurface(bowl, (1.0, 1.0), _LEAST).mean_pressure(0.1 * float(np.ptp(bowl)), 1.0)
+        elif rough:
+            Patch(-SMALL_BALL, 1.0, _LEAST).force(0.5, 1.0)
+        else:
+            flat_faces.enclosed([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)], (2, 2))
 
 
 def check_enclosed(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> Proof:

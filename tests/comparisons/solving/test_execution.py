@@ -402,3 +402,53 @@ def test_a_small_run_or_a_single_core_has_no_second_process(cold, monkeypatch, k
     monkeypatch.setattr(processes, "ProcessExecutor", None)
     monkeypatch.setattr("os.cpu_count", lambda: cores)
     assert list(execution.compile_ahead(cold[:kinds])) == []
+
+
+# Prints what Numba compiles or loads, of our own, after a warm-up.
+AFTER_WARM_UP = """
+from numba.core.dispatcher import Dispatcher
+from comparisons.methods.normal import proved
+from comparisons.methods.registry import planned_solver
+from comparisons.scene.scene import load_scene
+from comparisons.solving.planning import plan_scene
+from comparisons.tasks.task import Task
+
+plan = plan_scene(load_scene({scene!r}, {changes!r}))[0]
+task = Task(plan.scene, plan.geometry, plan.loads, "bem_fft", {resolution}, plan.compared)
+solver, late, compile_now = planned_solver(task), [], Dispatcher.compile
+
+def watched(self, signature):
+    late.append(self.py_func.__name__)
+    return compile_now(self, signature)
+
+if {prove}:
+    proved.warm_up(plan.scene.rough, plan.geometry.periodic)
+else:
+    solver.warm_up(task)
+Dispatcher.compile = watched
+if {prove}:
+    proved.enclosures(plan.scene, plan.geometry, plan.loads)
+else:
+    solver.solve(task)
+print("late:", *late)
+"""
+ROUGH = {"surface.points": 128, "surface.realisations": 1}
+FEW = {"surface.points": 32, "surface.realisations": 1, "surface.short_cutoff": "0.5 um"}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("scene", "changes", "resolution", "prove"),
+    [
+        ("rough-periodic", ROUGH, 128, False),
+        ("rough-free", ROUGH, 128, False),
+        ("square-punch", {}, 64, True),
+        ("rough-free", FEW, 32, True),
+    ],
+)
+def test_no_timing_of_a_solve_or_a_proof_contains_a_compiler(
+    python, scene, changes, resolution, prove
+):
+    code = AFTER_WARM_UP.format(scene=scene, changes=changes, resolution=resolution, prove=prove)
+    done = python("-c", code)
+    assert done.stdout.split() == ["late:"], done.stderr
