@@ -267,7 +267,7 @@ def _mark(task: Task) -> Path | None:
     return folder / f"roughline-{digest}.compiled"
 
 
-def compile_for(task: Task) -> dict[str, bool]:
+def compile_for(task: Task) -> dict[str, Any]:
     """Compile what a task needs, by solving its first realisation in a process of its own.
 
     A warm-up alone would miss what only some loads need (single precision, late corrections). Of a
@@ -279,8 +279,9 @@ def compile_for(task: Task) -> dict[str, bool]:
         points = min(points, own[0])
         while points > _ENOUGH and not any(n % (2 * own[0] // points) for n in own):
             points //= 2
-    alone = replace(task, realisations=task.realisations[:1], with_body=False, resolution=points)
-    return {"solved": bool(execute(alone, repeats=1).converged.any())}
+    first = replace(task, realisations=task.realisations[:1], with_body=False, resolution=points)
+    execute(first, repeats=1)
+    return {}
 
 
 def compile_in_turn(folder: Path) -> None:

@@ -27,9 +27,9 @@ from comparisons.questions.experiments.experiment import (
     worst,
 )
 from comparisons.questions.experiments.punched_section import (
-    Kind,
     SectionContact,
     Support,
+    Symmetry,
     press_section,
 )
 from reduced.loads import Load
@@ -73,7 +73,7 @@ def _pair(
     effort: str,
     radius: float,
     poisson_ratio: float,
-    kind: Kind,
+    kind: Symmetry,
     support: Support,
     radii: tuple[float, ...] = (),
 ) -> tuple[SectionContact, SectionContact]:
@@ -124,7 +124,7 @@ def energy_share(
 
 @experiment("body-size", "size of the body R/D")
 def body_size(
-    effort: str, *, size: Annotated[float, Field(gt=1.99)] = 10.0, kind: Kind = "axisymmetric"
+    effort: str, *, size: Annotated[float, Field(gt=1.99)] = 10.0, kind: Symmetry = "axisymmetric"
 ) -> Finding:
     """Change of the contact stiffness with the size of the body.
 
@@ -167,7 +167,7 @@ def kinetic_energy(
     frame: Literal["far", "held", "centre"] = "far",
     reading: Literal["rigid", "printed", "linear"] = "rigid",
     quantity: Literal["energy", "reduction"] = "energy",
-    kind: Kind = "axisymmetric",
+    kind: Symmetry = "axisymmetric",
 ) -> Finding:
     """Kinetic energy of a body that is pressed at v0 (19.11)-(19.12).
 

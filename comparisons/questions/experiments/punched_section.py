@@ -22,7 +22,7 @@ from reference.elasticity import LARGEST_POISSON_RATIO
 from reference.errors import choice_faults, count_faults, refuse
 from reference.fem.half_space_mesh import graded_lines
 
-Kind = Literal["axisymmetric", "plane"]
+Symmetry = Literal["axisymmetric", "plane"]
 Support = Literal["fixed", "inertia"]
 
 # Beyond this coordinate m the mesh lines are circles.
@@ -49,7 +49,7 @@ def press_section(
     radius: float,
     poisson_ratio: float,
     *,
-    kind: Kind = "axisymmetric",
+    kind: Symmetry = "axisymmetric",
     support: Support = "fixed",
     radii: Sequence[float] = (),
     elements: int = 8,
