@@ -180,7 +180,9 @@ class Study:
 
         def watch(campaign: Campaign[Any, Any], done: Done | None) -> None:
             if progress is not None:
-                progress(*campaign.counts, None if done is None else done.job.arguments[0])
+                progress(
+                    *campaign.under_way.counts, None if done is None else done.job.arguments[0]
+                )
 
         self._study = study.Study(
             plan_all(

@@ -69,7 +69,7 @@ class Campaign(ABC, Generic[A, R]):
         self.saved: R | None = None  # the last record that was written
         now = datetime.datetime.now(datetime.UTC).astimezone()
         self._created = now.isoformat(timespec="seconds")
-        self._inquiries: Inquiries[A] = Inquiries()
+        self.under_way: Inquiries[A] = Inquiries()
 
     @abstractmethod
     def inquiries(self) -> Mapping[str, Inquiry[A]]:
@@ -93,19 +93,9 @@ class Campaign(ABC, Generic[A, R]):
     def received(self, done: Done) -> None:
         """Register the outcome of a job, kept or new."""
 
-    @property
-    def counts(self) -> tuple[int, int]:
-        """Number of completed jobs and of all jobs so far; refinements add jobs."""
-        return self._inquiries.counts
-
-    @property
-    def finished(self) -> tuple[str, ...]:
-        """The names of the inquiries that are answered, or lost."""
-        return (*self._inquiries.answers, *self._inquiries.lost)
-
     def remaining(self) -> Remaining:
         """Return the remaining time, estimated from the measured costs of similar jobs."""
-        return self._inquiries.remaining()
+        return self.under_way.remaining()
 
     def run(self) -> R:
         """Run the remaining jobs, and return the record written to the folder.
@@ -127,17 +117,17 @@ class Campaign(ABC, Generic[A, R]):
             stopped: KeyboardInterrupt | LostWorkError | None = None
             try:
                 folder = self.directory / kept if kept else None
-                self._inquiries = Inquiries(
+                self.under_way = Inquiries(
                     self.executor, folder, resume=self.resume, received=self.received
                 )
-                for done in self._inquiries.ask(self.inquiries()):
+                for done in self.under_way.ask(self.inquiries()):
                     if self.watch is not None:
                         self.watch(self, done)
                     if done is None and self.executor.is_here:
                         self.prepare()
             except (KeyboardInterrupt, LostWorkError) as error:
                 stopped = error
-            lost = [f"{name}: {reason}" for name, reason in self._inquiries.lost.items()]
+            lost = [f"{name}: {reason}" for name, reason in self.under_way.lost.items()]
             if lost and stopped is None:
                 advice = [ADVICE] if kept else []
                 stopped = LostWorkError("\n".join([*lost, *advice]))
@@ -163,4 +153,4 @@ class Campaign(ABC, Generic[A, R]):
             versions=versions(),
             interrupted=interrupted,
         )
-        return self.record_of(header, self._inquiries.answers)
+        return self.record_of(header, self.under_way.answers)

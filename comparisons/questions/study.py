@@ -116,10 +116,10 @@ class Study(Campaign[None, StudyRecord]):
     def remaining(self) -> Remaining:
         """Return the remaining time; finer grids may follow at full effort."""
         kinds = [kind for kinds in self._expected.values() for kind in kinds]
-        left = self._inquiries.remaining(kinds)
+        left = self.under_way.remaining(kinds)
         refined = self.effort == "full" and self.part == WHOLE
         may_follow = refined and any(
-            plan.scene.compare.resolutions is None and plan.scene.name not in self.finished
+            plan.scene.compare.resolutions is None and plan.scene.name not in self.under_way.ended
             for plan in self.plans
         )
         return replace(left, complete=left.complete and not may_follow)

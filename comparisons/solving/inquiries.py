@@ -78,6 +78,11 @@ class Inquiries(Generic[A]):
         """How many jobs are done, and how many there are so far: inquiries may ask for more."""
         return len(self._done), len(self._done) + len(self._open)
 
+    @property
+    def ended(self) -> tuple[str, ...]:
+        """The names of the inquiries that are answered, or lost."""
+        return (*self.answers, *self.lost)
+
     def remaining(self, expected: Iterable[JobKind] = ()) -> Remaining:
         """Return the remaining time, with that of jobs that are expected to be asked for."""
         kinds = [*expected, *(job.kind for job in self._open.values())]

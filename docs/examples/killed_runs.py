@@ -239,7 +239,7 @@ def experiment(
                 killed(kind, scene, folder / str(k), complete, moment, seconds, workers)
             )
             print(outcomes[-1], file=sys.stderr, flush=True)
-        return outcomes, warm.counts[1]
+        return outcomes, warm.under_way.counts[1]
 
 
 def main() -> None:

@@ -29,15 +29,11 @@ CAPTION = (
 def hard_cases_page(record: HardCasesRecord) -> str:
     """Return the stability table and its plot as one HTML page."""
     figure = stability(record)
-    cases: dict[str, dict[str, OutcomeRecord]] = {}
-    for outcome in record.outcomes:
-        cases.setdefault(outcome.case, {})[outcome.method] = outcome
     counts = Counter(outcome.kind for outcome in record.outcomes)
     return render(
         "hard_cases.html.j2",
         {figure.key: figure} if figure else {},
         record=record,
-        cases=cases,
         figure=figure,
         tally=[(word, counts[word]) for word in KINDS if counts[word]],
         round_off=fmt.ROUND_OFF,

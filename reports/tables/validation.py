@@ -25,7 +25,7 @@ from reports.tables.cells import Cell, Head, Table, table
 if TYPE_CHECKING:
     from comparisons.questions.benchmarks.yardstick import Measurement
     from comparisons.questions.check import Finding  # a page of results needs no solver
-    from comparisons.questions.hard_cases.case import HardCasesRecord, OutcomeRecord
+    from comparisons.questions.hard_cases.case import HardCasesRecord
 
 NAN = float("nan")
 MET = {None: "", True: "met", False: "not met"}
@@ -87,11 +87,8 @@ def _measured(point: PointRecord) -> tuple[Cell, ...]:
 
 def outcomes(record: HardCasesRecord) -> Table:
     """Return the outcome of every method on every hard case; (!) marks unexpected ones."""
-    cases: dict[str, dict[str, OutcomeRecord]] = {}
-    for outcome in record.outcomes:
-        cases.setdefault(outcome.case, {})[outcome.method] = outcome
     rows = []
-    for case, by_method in cases.items():
+    for case, by_method in record.cases.items():
         row: list[Cell | str] = [case]
         for name in record.methods:
             known = by_method.get(name)

@@ -76,12 +76,12 @@ def watching(report: float = 0.0) -> Iterator[Watch]:
                 say(compiled(done.job.kind.method, done.compile_seconds))
             kind = None if done is None else done.job.kind
             task = f"{kind.scene} {kind.method} {kind.resolution}" if kind else ""
-            text, (solved, total) = progress(campaign, report), campaign.counts
+            text, (solved, total) = progress(campaign, report), campaign.under_way.counts
             if bar is not None:
                 text = f"{text}  {task}"
                 bar.update(bar.task_ids[0], completed=solved, total=total, text=text)
                 return
-            finished = [name for name in campaign.finished if name not in known]
+            finished = [name for name in campaign.under_way.ended if name not in known]
             now = time.monotonic()
             pause = SCENE_LINE if finished else LINE
             if done is None or now - said >= pause or solved == total:
@@ -115,7 +115,7 @@ def progress(campaign: Campaign[Any, Any], report: float = 0.0) -> str:
     """Report the progress of a campaign and its remaining time, estimated from similar solves."""
     from comparisons.formatting import duration
 
-    done, total = campaign.counts
+    done, total = campaign.under_way.counts
     text = f"solved {done} of {total}"
     remaining = campaign.remaining()
     report *= remaining.pace

@@ -414,6 +414,14 @@ class HardCasesRecord(Header):
         return list(dict.fromkeys(outcome.method for outcome in self.outcomes))
 
     @property
+    def cases(self) -> dict[str, dict[str, OutcomeRecord]]:
+        """Case -> method -> outcome."""
+        cases: dict[str, dict[str, OutcomeRecord]] = {}
+        for outcome in self.outcomes:
+            cases.setdefault(outcome.case, {})[outcome.method] = outcome
+        return cases
+
+    @property
     def deviations(self) -> list[OutcomeRecord]:
         """The deviations from the catalogue."""
         return [outcome for outcome in self.outcomes if outcome.deviation]

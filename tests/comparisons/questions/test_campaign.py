@@ -85,7 +85,7 @@ def test_every_campaign_tells_how_far_it_is_and_how_long_the_rest_takes(tmp_path
     """From nothing to all; solves come one at a time, and at the end nothing is left."""
     told = []
     campaign = CAMPAIGNS[name](tmp_path / "out")
-    campaign.watch = lambda run, done: told.append((run.counts, run.remaining(), done))
+    campaign.watch = lambda run, done: told.append((run.under_way.counts, run.remaining(), done))
     campaign.run()
     counts = [counts for counts, _, _ in told]
     assert told[0][2] is None

@@ -151,7 +151,7 @@ def test_the_finest_grid_has_all_that_pages_show_when_a_run_is_resumed_with_fewe
     )
 
     def kill(study, _):
-        if killed and study.counts[0] == study.counts[1]:
+        if killed and study.under_way.counts[0] == study.under_way.counts[1]:
             raise MemoryError
 
     with pytest.raises(MemoryError) if killed else nullcontext():
@@ -166,7 +166,7 @@ def test_a_part_expects_its_share_of_the_surfaces_that_pilots_will_ask_for(rough
     told = {}
 
     def stop(study, _):
-        told[study.part] = study.remaining().seconds, study._inquiries.remaining([]).seconds
+        told[study.part] = study.remaining().seconds, study.under_way.remaining([]).seconds
         raise KeyboardInterrupt
 
     for part in ((1, 1), (1, 2), (2, 2)):
@@ -233,7 +233,11 @@ def test_the_table_has_a_row_for_every_solve_and_step_and_the_columns_of_the_con
 
 def test_progress_is_told_from_zero_to_all(ball, tmp_path):
     told = []
-    Study(ball, tmp_path / "out", watch=lambda study, done: told.append((study.counts, done))).run()
+    Study(
+        ball,
+        tmp_path / "out",
+        watch=lambda study, done: told.append((study.under_way.counts, done)),
+    ).run()
     assert [counts for counts, _ in told] == [(i, 5) for i in range(6)]
     assert told[0][1] is None
     assert told[1][1].job.kind.method == "closed_form"  # cheap ones first

@@ -196,7 +196,7 @@ def test_a_lost_scheduler_keeps_what_is_done_and_resuming_completes_it(
     local = workers(1)
 
     def stop(campaign, last):
-        if campaign.counts[0] == 3:
+        if campaign.under_way.counts[0] == 3:
             threading.Thread(target=local.close, daemon=True).start()
             time.sleep(1.0)
 

@@ -65,7 +65,7 @@ def test_a_terminal_gets_a_bar(plans, tmp_path, capsys, monkeypatch):
     ],
 )
 def test_the_remaining_time_says_whether_it_is_all(done, rest, report, words):
-    run = SimpleNamespace(counts=(done, 3), remaining=lambda: rest)
+    run = SimpleNamespace(under_way=SimpleNamespace(counts=(done, 3)), remaining=lambda: rest)
     assert live.progress(run, report) == words
 
 
