@@ -27,6 +27,7 @@ from roughline.comparing import Comparison
 FEW = {"compare.methods": ["closed_form", "reduced", "bem_fft"]}
 COARSE = FEW | {"compare.resolutions": [8, 16, 32]}
 TWO = {"compare.methods": ["closed_form", "reduced"]}
+LONG = {"impact-rubber", "rolling-rubber"}  # of two physics, each of which has a scene of its own
 # A scene that is outside at the other load only, and one whose truth is a grid.
 CHEAP = {
     "ellipsoid-2": {"compare.quantities": ["force", "penetration", "contact_area"]},
@@ -111,7 +112,13 @@ def assert_times_were_measured(scene, advice):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", sorted(builtin_names()))
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.nightly] if name in LONG else [])
+        for name in sorted(builtin_names())
+    ],
+)
 def test_every_place_says_the_same_of_every_built_in_scene(quick_suite, name, tmp_path, capsys):
     """Coarse grids do where nothing is solved yet: it is about words, not how good they are."""
     scene = quick_suite.get(name)
