@@ -309,8 +309,12 @@ _LEAST, _MOST, _MOST_POINTS = 2, 8, 128
 _NEARLY_FULL = 0.9
 
 
-def _check_surface(scene: Scene, geometry: RoughGeometry) -> None:
-    """Raise `Refused` for a rough surface of which nothing is bounded, or not within minutes."""
+def proof_of_surface(scene: Scene, geometry: RoughGeometry, finer: float) -> Proof:
+    """Return the enclosures of a rough scene; its bounds are computed when asked for.
+
+    Penetrations count from the highest point, depths of the bounds from their highest sample.
+    `Refused` where nothing is bounded, or not within minutes.
+    """
     if geometry.random and scene.realisations > 1:
         raise Refused(
             f"the theorems enclose one surface, and the scene asks for the mean over "
@@ -329,14 +333,6 @@ def _check_surface(scene: Scene, geometry: RoughGeometry) -> None:
             f"of more than {_MOST_POINTS} points a side the bounds take minutes a load, and there "
             f"are {max(geometry.points)}"
         )
-
-
-def proof_of_surface(scene: Scene, geometry: RoughGeometry, finer: float) -> Proof:
-    """Return the enclosures of a rough scene; its bounds are computed when asked for.
-
-    Penetrations count from the highest point, depths of the bounds from their highest sample.
-    """
-    _check_surface(scene, geometry)
     modulus, area = scene.effective_modulus, geometry.area
     cells = round(_ROUGH_CELLS["periodic" if geometry.periodic else "free"] * finer)
     cells = min(max(cells // max(geometry.points), _LEAST), _MOST)

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from comparisons.judging.fields import pressure_bar, pressure_difference, true_pressure
 from comparisons.judging.levels import Levels
 from comparisons.judging.truth import TRUNCATION, truths
 from comparisons.methods.fem import indenter as adapter
@@ -67,6 +68,20 @@ def test_half_of_a_triangle_answers_as_the_whole(monkeypatch):
     full, many = stiffness(plan, 3)
     assert half == pytest.approx(full, rel=1e-9)
     assert few < 0.6 * many
+
+
+@pytest.mark.slow
+def test_the_bar_of_a_pressure_below_a_square_covers_how_it_is_read(solved):
+    """Force over area at corners of elements lacks h^2 p''/20: 2 to 4 % on 3 to 6 elements."""
+    square = {"shape": "square_punch", "side": 1.0}
+    plan = plan_of(square, {"compare": {"quantities": ["pressure"]}})
+    grid = {("bem_fft", 64): solved(plan.scene, "bem_fft", 64)}
+    meshes = {("fem", n): solved(plan.scene, "fem", n) for n in (3, 4, 6)}
+    (exact,), (truth,) = (truths(known, "penetration") for known in (grid, meshes))
+    fields = meshes["fem", 6].fields
+    pressure, keep = true_pressure(plan, exact, fields)
+    error = pressure_difference(fields["pressure"], fields["pressure_weight"], pressure, keep)
+    assert 0.01 < error < pressure_bar(plan, truth)
 
 
 def test_a_needle_takes_an_even_grid_and_says_that_it_is_no_rubber():
