@@ -356,7 +356,12 @@ class Levels:
         bar = discretisation(grids, series, known, sizes=sizes, areas=areas, apparent=apparent)
         zero = (series == 0).all(axis=0)  # as the stick of a contact that slips all over
         if len(series) > 1 and not zero.all():
-            bar = np.where(zero, 0.0, bar)
+            unseen = 0.0
+            if name == "stick_area" and sizes is not None and areas is not None:
+                # less than a cell may stick: N of them are a contact radius, or a side
+                whole = np.nanmax(areas) / np.pi if np.isnan(apparent) else apparent
+                unseen = whole / grids[-1] ** 2 / np.where(sizes > 0, sizes, np.nan)
+            bar = np.where(zero, unseen, bar)
         located = METHODS[self.method].grid and self.rough and "contact_area_raw" in last.quantities
         if name != "contact_area" or not located:
             return bar

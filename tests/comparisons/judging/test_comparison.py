@@ -471,6 +471,18 @@ def test_the_bar_of_a_located_area_is_of_the_finest_grid_that_has_any():
     np.testing.assert_allclose(bar[0], np.hypot(line, change))
 
 
+@pytest.mark.parametrize(("apparent", "cell"), [(np.nan, 2.0 / (np.pi * 32**2)), (5.0, 5 / 32**2)])
+def test_a_stick_area_of_zero_on_all_grids_is_known_to_a_cell(apparent, cell):
+    """A round contact of area 2 has 32 cells to a radius, a rough one to a side."""
+    solved = {}
+    for n in (8, 16, 32):
+        made = solution({"contact_area": [2.0, 2.0], "stick_area": [1.0, 0.0], "torque": [1, 0]})
+        solved[n] = replace(made, path=True, apparent_area=apparent)
+    levels = Levels("bem_fft", solved)
+    np.testing.assert_allclose(levels.discretisation("stick_area"), [0, cell])
+    np.testing.assert_allclose(levels.discretisation("torque"), 0)
+
+
 def ring_fields(r, pressure, weight):
     return {
         "pressure_x": r,
