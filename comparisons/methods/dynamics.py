@@ -81,6 +81,13 @@ def static_scene(scene: Scene, penetration: np.ndarray) -> Scene:
     return validated(data)
 
 
+def _striking(scene: Scene) -> Dynamics:
+    """Return the mass that strikes once; refuse where the course of the impact is asked for."""
+    if scene.loading.time is not None:
+        raise Refused("computes impacts, not their time history")
+    return needed(scene.dynamics, NO_TABLE)
+
+
 class CurveImpact(Solver[IndenterGeometry]):
     """A 3-D method that strikes along its own static load curve.
 
@@ -96,9 +103,7 @@ class CurveImpact(Solver[IndenterGeometry]):
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         self.indenter = needed(scene.indenter, ONLY_INDENTERS)
-        if scene.loading.time is not None:
-            raise Refused("computes impacts, not their time history")
-        self.dynamics = needed(scene.dynamics, NO_TABLE)
+        self.dynamics = _striking(scene)
         # Any depth will do: only the kind of load matters here.
         self.slow = self.static(static_scene(scene, np.array([1e-9])))
         self.note = self.slow.note
@@ -274,13 +279,6 @@ class FemImpact(CurveImpact):
 
 # Steps in the duration of an elastic impact for each spring per contact radius.
 STEPS = 10
-
-
-def _striking(scene: Scene) -> Dynamics:
-    """Return the mass that strikes once; refuse where the course of the impact is asked for."""
-    if scene.loading.time is not None:
-        raise Refused("computes impacts, not their time history")
-    return needed(scene.dynamics, NO_TABLE)
 
 
 class ReducedViscoelasticImpact(ProfileSolver):
