@@ -113,14 +113,11 @@ def test_what_is_wrong_with_a_question_is_told(ask, told, results):
 
 
 def test_solve_is_the_solve_of_the_command_line(capsys):
-    """The very same numbers, and Hertz' force among them."""
+    """The very same numbers."""
     solution = roughline.solve("paraboloid", "closed_form")
     assert run_command(["solve", "paraboloid", "--method", "closed_form", "--json"]) == 0
     printed = json.loads(capsys.readouterr().out)
     assert solution["force"].tolist() == printed["force"]
-    d, radius = solution["penetration"], solution.scene.indenter.radius
-    hertz = 4 / 3 * solution.scene.effective_modulus * np.sqrt(radius) * d**1.5
-    np.testing.assert_allclose(solution["force"], hertz, rtol=1e-13)
     assert solution.table()["force"].tolist() == printed["force"]
     with pytest.raises(KeyError, match="expected one of penetration, force"):
         solution["fource"]
