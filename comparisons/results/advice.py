@@ -9,8 +9,6 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-import numpy as np
-
 from comparisons.facts.methods import CLOSED_FORM
 from comparisons.facts.quantities import quantity
 from comparisons.files import plain
@@ -69,8 +67,9 @@ class Setting:
 
     @property
     def text(self) -> str:
-        """Method, time and resolution."""
-        return f"{self.title} {duration(self.seconds)} ({self.place})"
+        """Method, time, resolution, surfaces, and how it stands to the truth."""
+        place = filter(None, [f"N = {self.resolution}", self.cost.solves, self.bias])
+        return f"{self.title} {duration(self.seconds)} ({', '.join(place)})"
 
     @property
     def starred(self) -> str:
@@ -83,22 +82,11 @@ class Setting:
         return f"{self.starred} {duration(self.seconds)} (N = {self.resolution})"
 
     @property
-    def place(self) -> str:
-        """Resolution, surfaces, and how it stands to the truth."""
-        return ", ".join(filter(None, [f"N = {self.resolution}", self.cost.solves, self.bias]))
-
-    @property
     def bias(self) -> str:
         """What a reader must know of its errors: it is the truth, or judges itself."""
         if self.is_truth:
             return "the reference itself"
         return ITSELF.removeprefix("* ") if self.judges_itself else ""
-
-    @property
-    def worst(self) -> float:
-        """The largest error over the quantities, of the truth its bar; NaN if one is missing."""
-        sizes = [verdict.high if self.is_truth else abs(verdict.error) for verdict in self.counted]
-        return float(np.max(sizes)) if sizes else math.nan
 
     @property
     def counted(self) -> tuple[Verdict, ...]:
