@@ -433,7 +433,8 @@ else:
 print("late:", *late)
 """
 ROUGH = {"surface.points": 128, "surface.realisations": 1}
-FEW = {"surface.points": 32, "surface.realisations": 1, "surface.short_cutoff": "0.5 um"}
+FEW = {"surface.points": 8, "surface.realisations": 1, "surface.short_cutoff": "0.5 um"}
+FEW |= {"loading": {"penetration": ["10 nm"]}}
 
 
 @pytest.mark.slow
@@ -443,7 +444,7 @@ FEW = {"surface.points": 32, "surface.realisations": 1, "surface.short_cutoff": 
         ("rough-periodic", ROUGH, 128, False),
         ("rough-free", ROUGH, 128, False),
         ("square-punch", {}, 64, True),
-        ("rough-free", FEW, 32, True),
+        ("rough-free", FEW, 8, True),
     ],
 )
 def test_no_timing_of_a_solve_or_a_proof_contains_a_compiler(
