@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
-from typing import TypeVar
+from typing import ClassVar, TypeVar
 
 import numpy as np
 
@@ -38,10 +38,6 @@ from reference.loads import Load, LoadPath
 G = TypeVar("G", bound=Geometry)
 
 LARGEST_POISSON = 0.4999
-# A factorisation of more takes more than 4 GB and a minute: conjugate gradients take its place.
-MOST_CONDENSED = 300_000
-# Steps of conjugate gradients grow as (1/2 - nu)^(-1/2): 250 here, 700 of at most 1000 at 0.4999.
-LARGEST_POISSON_ITERATED = 0.499
 LARGEST_ASPECT = 50
 # What the far field beyond the mesh leaves out, measured by doubling the extent of the mesh and
 # rounded up: it falls with the cube of the elements where the mesh is fitted to the contact, smooth
@@ -61,6 +57,12 @@ class FemSolver(Solver[G]):
     """Elastic bodies of hexahedra with a Boussinesq far field, condensed onto the surface."""
 
     span = 1e6  # each load scales the mesh onto its own contact
+    solver: str  # of the linear equations, where it is an option
+    # A factorisation of more takes more than 4 GB and a minute: conjugate gradients take its place.
+    most_factorised: ClassVar[int] = 300_000
+    # Their steps grow as (1/2 - nu)^(-1/2): 250 here, 700 of at most 1000 at 0.4999.
+    largest_poisson: ClassVar[float] = 0.499
+    iteration: ClassVar[str] = "conjugate gradients"
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
@@ -80,6 +82,33 @@ class FemSolver(Solver[G]):
         if scene.surface is not None and scene.surface.periodic:
             raise Refused("models a free patch, not a periodic half-space")
 
+    def linear_solver(self, unknowns: int) -> str:
+        """Return the solver of so many unknowns: a factorisation up to the size where it pays."""
+        if self.solver != "automatic":
+            return self.solver
+        if unknowns <= self.most_factorised or self.stiff:
+            return "nested_dissection"
+        unable = solver_problem(self.scene, "conjugate_gradients")
+        return "nested_dissection" if unable else "conjugate_gradients"
+
+    @property
+    def stiff(self) -> bool:
+        """Whether conjugate gradients take many steps, as the body hardly changes its volume."""
+        return self.scene.elastic_constants[1] > self.largest_poisson
+
+    def solved(self) -> str:
+        """Say how the linear equations are solved."""
+        if self.solver == "conjugate_gradients":
+            return f"solved by {self.iteration}"
+        condensed = "condensed by nested dissection"
+        if self.solver != "automatic" or solver_problem(self.scene, "conjugate_gradients"):
+            return condensed
+        if self.stiff:
+            above = f"nu above {self.largest_poisson:g}"
+            return f"{condensed} ({above}: many steps for conjugate gradients)"
+        most = f"{self.most_factorised // 1000} 000 unknowns"
+        return f"{condensed} (above {most} solved by {self.iteration})"
+
 
 def meshes_both(scene: Scene) -> bool:
     """Whether both bodies get a mesh: an indenter with a counter body, and a coupling."""
@@ -98,7 +127,6 @@ class Fem(FemSolver[IndenterGeometry]):
         self.points, self.solver = scene.methods.fem.points, scene.methods.fem.solver
         self.indenter = needed(scene.indenter, "single contacts only")
         self.straight = self.indenter.outline is not None
-        self.stiff = scene.elastic_constants[1] > LARGEST_POISSON_ITERATED
         self.stretch = contact_stretch(self.indenter)
 
     @classmethod
@@ -128,7 +156,8 @@ class Fem(FemSolver[IndenterGeometry]):
     def memory(self, task: Task[IndenterGeometry]) -> float:
         """Bytes of the elimination, or of the factors in conjugate gradients."""
         mesh = self._mesh(task)
-        if isinstance(mesh, fem.RingMesh) and self._linear_solver(mesh) == "conjugate_gradients":
+        solver = self.linear_solver(mesh.unknowns)
+        if isinstance(mesh, fem.RingMesh) and solver == "conjugate_gradients":
             return bytes_of_iteration(mesh)
         return bytes_of_elimination(mesh)
 
@@ -138,27 +167,7 @@ class Fem(FemSolver[IndenterGeometry]):
         block = f"{part}a block of graded hexahedra around the contact{fitted}"
         if self.scene.counter_body is not None:
             block += ", with the compliances of both bodies, which add exactly without friction"
-        chosen = self.solver
-        solved = "condensed by nested dissection"
-        if chosen == "conjugate_gradients":
-            solved = "solved by conjugate gradients"
-        elif chosen == "automatic" and not solver_problem(self.scene, "conjugate_gradients"):
-            if self.stiff:
-                stiff = f"nu above {LARGEST_POISSON_ITERATED:g}: many steps for conjugate gradients"
-                solved += f" ({stiff})"
-            else:
-                most = f"{MOST_CONDENSED // 1000} 000 unknowns"
-                solved += f" (above {most} solved by conjugate gradients)"
-        return f"{block}; {FAR}; {solved}"
-
-    def _linear_solver(self, mesh: fem.RingMesh | fem.TensorMesh) -> str:
-        """Return the solver of a mesh: a factorisation where it fits into some gigabytes."""
-        if self.solver != "automatic":
-            return self.solver
-        large = mesh.unknowns > MOST_CONDENSED and not self.stiff
-        if large and not solver_problem(self.scene, "conjugate_gradients"):
-            return "conjugate_gradients"
-        return "nested_dissection"
+        return f"{block}; {FAR}; {self.solved()}"
 
     def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
         body = self.body(task)
@@ -201,7 +210,7 @@ class Fem(FemSolver[IndenterGeometry]):
     def body(self, task: Task[IndenterGeometry]) -> fem.CondensedBody:
         """Return the half-space that fits the scene's contact."""
         mesh, material = self._mesh(task), fem.Material(*self.scene.elastic_constants)
-        return fem.half_space_body(mesh, material, solver=self._linear_solver(mesh))
+        return fem.half_space_body(mesh, material, solver=self.linear_solver(mesh.unknowns))
 
     def _mesh(self, task: Task[IndenterGeometry]) -> fem.RingMesh | fem.TensorMesh:
         geometry = task.geometry

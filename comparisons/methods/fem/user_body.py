@@ -26,13 +26,9 @@ from reference.fem.condensed_body import LARGEST_POISSON_LINEAR_TETRAHEDRA, supp
 from reference.fem.solid_mesh import SolidMesh, SupportedMesh, contact_nodes
 from reference.loads import LoadPath
 
-# A minute of elimination on one core; memory is asked for apart. Beyond it the compliance of the
-# nodes in contact is found by conjugate gradients, for some ten minutes at most: so many unknowns
-# times nodes in contact (docs/finite-elements.md has the measurement).
-MOST_FACTORISED = 200_000
+# Unknowns times nodes in contact, whose compliance conjugate gradients find in some ten minutes at
+# most (docs/finite-elements.md has the measurement).
 MOST_ITERATED = 2e8
-# A column takes twice the steps at 0.45, four times at 0.49 and ten times at 0.499.
-LARGEST_POISSON_ITERATED = 0.49
 # Refinement that the plan chooses by itself stays within some ten seconds.
 PLANNED_UNKNOWNS = 30_000
 LEVELS = (1, 2, 4)
@@ -50,11 +46,14 @@ class FemBody(FemSolver[BodyGeometry]):
 
     name = "fem"
     bodies = True
+    most_factorised = 200_000  # a minute of elimination on one core; memory is asked for apart
+    # A column takes twice the steps at 0.45, four times at 0.49 and ten times at 0.499.
+    largest_poisson = 0.49
+    iteration = "conjugate gradients with algebraic multigrid"
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         self.enforcement, self.solver = enforcement_of(scene), scene.methods.fem.solver
-        self.soft = scene.elastic_constants[1] <= LARGEST_POISSON_ITERATED
 
     @classmethod
     def takes(cls, scene: Scene) -> bool:
@@ -74,8 +73,8 @@ class FemBody(FemSolver[BodyGeometry]):
         n, count = task.resolution, unknowns(task.geometry, task.resolution)
         if n & (n - 1):
             return f"every cell is halved again and again: N must be 1, 2, 4, ..., got {n}"
-        if self._linear_solver(count) == "nested_dissection":
-            most = MOST_FACTORISED
+        if self.linear_solver(count) == "nested_dissection":
+            most = self.most_factorised
             return f"about {count} unknowns, more than {most}" if count > most else ""
         geometry = task.geometry
         nodes = contact_nodes(geometry.solid, geometry.surface)
@@ -90,36 +89,20 @@ class FemBody(FemSolver[BodyGeometry]):
         """Bytes of element matrices, and of the elimination or of multigrid."""
         solid, finer = task.geometry.solid, task.resolution**3
         elements = 72.0 * solid.cells.shape[1] ** 2 * len(solid.cells) * finer
-        if self._linear_solver(unknowns(task.geometry, task.resolution)) == "conjugate_gradients":
+        if self.linear_solver(unknowns(task.geometry, task.resolution)) == "conjugate_gradients":
             return elements + bytes_of_multigrid(solid.kind.name, len(solid.points) * finer)
         return elements + bytes_of_fronts(3.0 * (len(solid.points) * finer) ** (2 / 3))
-
-    def _linear_solver(self, count: int) -> str:
-        """Return the solver of so many unknowns: a factorisation up to the size where it pays."""
-        if self.solver != "automatic":
-            return self.solver
-        large = self.soft and count > MOST_FACTORISED
-        return "conjugate_gradients" if large else "nested_dissection"
 
     def model(self, geometry: BodyGeometry) -> str:
         cells = f"{len(geometry.solid.cells)} {geometry.solid.kind.name} cells"
         parts = geometry.symmetric_parts
         share = f", one of {parts} equal parts" if parts > 1 else ""
-        solved = "condensed by nested dissection"
-        if self.solver == "conjugate_gradients":
-            solved = "solved by conjugate gradients with algebraic multigrid"
-        elif self.solver == "automatic" and self.soft:
-            solved += f" (above {MOST_FACTORISED // 1000} 000 unknowns solved by conjugate "
-            solved += "gradients with algebraic multigrid)"
-        elif self.solver == "automatic":
-            stiff = f"nu above {LARGEST_POISSON_ITERATED:g}"
-            solved += f" ({stiff}: many steps for conjugate gradients)"
         body = f"the body of the file, {cells}{share}, held by its supports; no far field"
-        return f"{body}; {solved}"
+        return f"{body}; {self.solved()}"
 
     def rows(self, task: Task[BodyGeometry]) -> Iterator[Row]:
         """Condense the body once; penetration counts from first touch."""
-        solver = self._linear_solver(unknowns(task.geometry, task.resolution))
+        solver = self.linear_solver(unknowns(task.geometry, task.resolution))
         geometry = task.geometry
         resolution = task.resolution
         mesh, numbers = geometry.solid, np.arange(len(geometry.solid.points))

@@ -250,14 +250,14 @@ def test_a_large_body_is_solved_by_multigrid_and_the_plan_says_so(solved, tmp_pa
     solver, geometry = solver_for("fem", made), plan.geometry
     assert "above 200 000 unknowns solved by conjugate gradients" in solver.model(geometry)
     assert "by conjugate gradients" in solver_for("fem", chosen).model(geometry)
-    monkeypatch.setattr(user_body, "MOST_FACTORISED", 100)
+    monkeypatch.setattr(user_body.FemBody, "most_factorised", 100)
     task = task_of(plan, "fem", 1)
     larger = execute(task, 1).quantities["force"]
     np.testing.assert_allclose(larger, both[0].quantities["force"], rtol=1e-7)
     assert not solver.refusal(task)
     monkeypatch.setattr(user_body, "MOST_ITERATED", 1e2)
     assert "nodes in contact" in solver.refusal(task)
-    monkeypatch.setattr(user_body, "LARGEST_POISSON_ITERATED", 0.2)
+    monkeypatch.setattr(user_body.FemBody, "largest_poisson", 0.2)
     limited = type(solver)(made)
     assert "more than 100" in limited.refusal(task)
     assert "nu above 0.2: many steps" in limited.model(geometry)
