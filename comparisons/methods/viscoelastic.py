@@ -65,14 +65,15 @@ def body_of(scene: Scene) -> Viscoelastic:
 
 def springs_of(body: Viscoelastic) -> Prony:
     """Return the material for the springs."""
-    moduli, times = zip(*body.branches, strict=True) if body.branches else ((), ())
+    moduli, times = [g for g, _ in body.branches], [tau for _, tau in body.branches]
     return prony(body.long_term_modulus, moduli, times, viscosity=body.dashpot_viscosity)
 
 
-def material_of(body: Viscoelastic) -> GeneralisedMaxwell:
-    """Return the material for the references."""
-    moduli, times = zip(*body.branches, strict=True) if body.branches else ((), ())
-    return GeneralisedMaxwell(body.long_term_modulus, moduli, times, body.dashpot_viscosity)
+def material_of(body: Viscoelastic, factor: float = 1.0) -> GeneralisedMaxwell:
+    """Return the material for the references, all moduli times a factor."""
+    moduli, times = [factor * g for g, _ in body.branches], [tau for _, tau in body.branches]
+    viscosity = factor * body.dashpot_viscosity
+    return GeneralisedMaxwell(factor * body.long_term_modulus, moduli, times, viscosity)
 
 
 def _pressed(scene: Scene) -> Viscoelastic:
@@ -391,13 +392,7 @@ class GridSliding(HalfSpaceGrid):
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        body, factor = material_of(_sliding(scene)), _relative_stiffness(scene)
-        self.material = GeneralisedMaxwell(
-            factor * body.equilibrium_modulus,
-            (factor * body.arm_moduli).tolist(),
-            body.arm_times.tolist(),
-            factor * body.viscosity,
-        )
+        self.material = material_of(_sliding(scene), _relative_stiffness(scene))
 
     def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
         """Cells per half-width of the overlap; points per side of a rough surface."""
