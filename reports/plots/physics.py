@@ -266,11 +266,15 @@ def stresses_below(scene: SceneRecord) -> list[Figure]:
         for place, value in zip(depth[1:], highest[1:], strict=True)
     ]
     where = "at the surface" if worst == 0 else f"{place} below the surface"
+    about = ""
+    if "stressed_cells" in stored.fields:
+        cells = " × ".join(f"{n}" for n in stored.fields["stressed_cells"])
+        about = f" below the {cells} cells about the highest pressure (it is computed of no others)"
     profile = Figure(
         "stress-depth",
         "Largest stress at a depth",
-        f"Von Mises' stress, the largest of all places at a depth. It peaks at {value}, {where}, "
-        f"where the body first yields. {source}",
+        f"Von Mises' stress, the largest of all places at a depth{about}. "
+        f"It peaks at {value}, {where}, where the body first yields. {source}",
         log_axis("depth −z", (depth[1], depth[-1]), lambda value: fmt.with_unit(value, "m", 1)),
         Axis("largest von Mises' stress", "σ", scale=fmt.prefix_for(highest[1:], "Pa")),
         (replace(line(look(stored.method), depth[1:], highest[1:]), hover=tuple(hover)),),

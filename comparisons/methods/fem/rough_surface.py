@@ -233,20 +233,28 @@ _FIRST, _RATIO, _DEEPEST = 0.25, 1.25, 0.5
 _BELOW = 8.0
 # Nearly the surface, where the picture has it.
 _SURFACE = 1e-6
-# Points a side of what is shown.
-_SHOWN = 64
+# Points a side of what is shown, and cells a side of a rough surface that press on it: all cells of
+# 2048 a side, free of their surroundings, would need 24 GB.
+_SHOWN, _PRESSING = 64, 256
 
 
 def below(scene: Scene, contact: Contact, grid: Grid) -> dict[str, np.ndarray]:
     """Return a mesh of the part of the body where the stress of von Mises is highest.
 
-    The fields are those of waves in the continuum under the pressure of the cells; of an indenter,
-    which is smooth, under means over blocks of them, as many as are shown.
+    The fields are those of waves in the continuum under the pressure of the cells: of a large rough
+    surface under those about the highest pressure alone (``stressed_cells``); of an indenter, which
+    is smooth, under means over blocks of them, as many as are shown.
     """
     body: Body = elastic_body(scene)
     if scene.half_space.uniform:
         body = Stack([], [], Material(*scene.elastic_constants))
-    pressure, spacing = contact.pressure, grid.spacing
+    pressure, spacing, origin = contact.pressure, grid.spacing, grid.origin
+    part: dict[str, np.ndarray] = {}
+    if scene.rough and max(pressure.shape) > _PRESSING:
+        rows, columns = _about(pressure, _PRESSING)
+        pressure = pressure[np.ix_(rows, columns)]
+        origin = origin[0] + rows[0] * spacing[0], origin[1] + columns[0] * spacing[1]
+        part["stressed_cells"] = np.array(pressure.shape)
     if not scene.rough:
         step = -(-max(pressure.shape) // _SHOWN)
         pressure = np.pad(pressure, [(0, -n % step) for n in pressure.shape])
@@ -271,20 +279,16 @@ def below(scene: Scene, contact: Contact, grid: Grid) -> dict[str, np.ndarray]:
         ends = np.concatenate([[0.0], depths[1:], depths[-1] * _RATIO**deeper])
         materials = body.slices(ends)
         body = Stack(np.diff(ends)[:-1].tolist(), materials[:-1], materials[-1])
-    if not contact.operator.periodic:
+    if part or not contact.operator.periodic:
         pressure = np.pad(pressure, [(0, (_PADDED - 1) * n) for n in shape])
     fields = list(inside(body, pressure, spacing, depths, kept=shape))
     stresses = [field.von_mises for field in fields]
     highest = max(stresses, key=np.max)
-    peak = np.unravel_index(int(highest.argmax()), shape)
-    kept = []
-    for n, at in zip(shape, peak, strict=True):  # a window about the peak
-        first = int(np.clip(at - _SHOWN // 2, 0, max(n - _SHOWN, 0)))
-        kept.append(np.arange(first, min(first + _SHOWN, n)))
+    kept = _about(highest, _SHOWN)
     # hexahedra between the centres of cells and the depths; z points into the body
     x, y = (
         start + (cells + 0.5) * step
-        for start, cells, step in zip(grid.origin, kept, spacing, strict=True)
+        for start, cells, step in zip(origin, kept, spacing, strict=True)
     )
     z = np.array([field.depth for field in fields])
     z[0] = 0.0
@@ -297,7 +301,7 @@ def below(scene: Scene, contact: Contact, grid: Grid) -> dict[str, np.ndarray]:
         for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))
     ]
     moved = [np.stack([part[where] for part in f.displacement], axis=-1) for f in fields]
-    return {
+    return part | {
         "mesh_points": points.reshape(-1, 3),
         "mesh_cells": np.stack([corner.ravel() for corner in corners], axis=-1),
         "mesh_displacement": np.array(moved).reshape(-1, 3),
@@ -305,3 +309,12 @@ def below(scene: Scene, contact: Contact, grid: Grid) -> dict[str, np.ndarray]:
         "von_mises_depth": np.array([field.depth for field in fields]),
         "von_mises_highest": np.array([stress.max() for stress in stresses]),
     }
+
+
+def _about(field: np.ndarray, side: int) -> list[np.ndarray]:
+    """Return the places along each axis of at most so many cells a side about the highest value."""
+    places = []
+    for n, at in zip(field.shape, np.unravel_index(field.argmax(), field.shape), strict=True):
+        first = int(np.clip(at - side // 2, 0, max(n - side, 0)))
+        places.append(np.arange(first, min(first + side, n)))
+    return places

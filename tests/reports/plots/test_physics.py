@@ -208,8 +208,9 @@ def stresses() -> dict[str, np.ndarray]:
 
 
 def test_the_section_goes_through_the_largest_stress_and_the_depth_is_told(stores):
-    stores("fem", 7, stresses())
+    stores("fem", 7, stresses() | {"stressed_cells": np.array([256, 128])})
     section, profile = physics.stresses_below(SCENE)
+    assert "at a depth below the 256 × 128 cells about the highest" in profile.caption
     assert section.map.highest == pytest.approx(1e9)
     assert section.map.y[-1] == 0.0  # the surface at the top
     row = int(np.argmin(np.abs(section.map.y + 2e-3)))
