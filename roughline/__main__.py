@@ -38,7 +38,7 @@ class Interrupts:
         self.pressed = False
         self._first = math.inf  # when the one came that is being dealt with
         self._number = int(signal.SIGINT)
-        self._over = False
+        self._hooked = self._over = False
 
     def listen(self) -> None:
         """Take both over, unless whoever started the program had it ignored (a shell's ``&``)."""
@@ -53,15 +53,19 @@ class Interrupts:
         if lost.exc_type is not KeyboardInterrupt:
             sys.__unraisablehook__(lost)
         elif not self._over:
-            self._first = math.inf
-            if sys.platform == "win32":
-                again = threading.Timer(UNTIL_AGAIN, _thread.interrupt_main, [self._number])
-            else:  # a real signal ends a wait of the main thread, too
-                main_thread = threading.main_thread().ident or 0
-                wanted = [main_thread, self._number]
-                again = threading.Timer(UNTIL_AGAIN, signal.pthread_kill, wanted)
-            again.daemon = True
-            again.start()
+            self._first, self._hooked = math.inf, True
+            self._press_again()
+            self._hooked = False
+
+    def _press_again(self) -> None:
+        if sys.platform == "win32":
+            again = threading.Timer(UNTIL_AGAIN, _thread.interrupt_main, [self._number])
+        else:  # a real signal ends a wait of the main thread, too
+            main_thread = threading.main_thread().ident or 0
+            wanted = [main_thread, self._number]
+            again = threading.Timer(UNTIL_AGAIN, signal.pthread_kill, wanted)
+        again.daemon = True
+        again.start()
 
     def ignore(self) -> None:
         """All is done and said: a ctrl-C that comes now would only spoil the exit code."""
@@ -72,6 +76,9 @@ class Interrupts:
     def _press(self, number: int, frame: FrameType | None) -> None:
         now = time.monotonic()
         if self._over:
+            return
+        if self._hooked:  # an exception in the hook would be lost like the one that it hands on
+            self._press_again()
             return
         if math.isinf(self._first):
             self.pressed, self._first, self._number = True, now, number

@@ -748,6 +748,26 @@ def cli_app(*arguments, **options):
 
 cli.app = cli_app
 """,
+    "it comes again before the hook has ended": """
+class Gone:
+    __del__ = interrupt
+
+def cli_app(*arguments, **options):
+    Gone()
+    time.sleep(600)
+
+class Hasty(__main__.threading.Timer):
+    first = True
+
+    def start(self):
+        super().start()
+        if Hasty.first:
+            Hasty.first = False
+            time.sleep(0.2)
+
+__main__.threading.Timer = Hasty
+cli.app = cli_app
+""",
 }
 
 FAULT_AFTER_INTERRUPT = """
