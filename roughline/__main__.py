@@ -54,8 +54,10 @@ class Interrupts:
             sys.__unraisablehook__(lost)
         elif not self._over:
             self._first, self._hooked = math.inf, True
-            self._press_again()
-            self._hooked = False
+            try:
+                self._press_again()
+            finally:
+                self._hooked = False
 
     def _press_again(self) -> None:
         if sys.platform == "win32":

@@ -216,7 +216,7 @@ class SerialExecutor(Executor):
 
 
 def timed(work: Callable[..., Any], arguments: tuple[Any, ...]) -> tuple[Any, float, float]:
-    """Do the work; return its value, its wall time, and the part of it that its value calls so."""
+    """Do the work; return its value, its wall time, and what of it was compilation."""
     start = time.perf_counter()
     value = work(*arguments)
     return value, time.perf_counter() - start, getattr(value, "compile_seconds", 0.0)

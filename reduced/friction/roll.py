@@ -138,7 +138,7 @@ def roll_rough(
     refuse(wrong)
     stiffness = effective_modulus * spacing
     # the way from first touch at which the mean of the normal forces is the given one; at most one
-    # on which each spring bears twice its share
+    # on which each spring bears twice its share, and no less than its share
     carried = force / stiffness
     touch = float(gap.min() - heights.max())
     below, raised = gap - gap.min(), heights - heights.max()
@@ -147,7 +147,7 @@ def roll_rough(
     def excess(way: float) -> float:
         return float(_windows(below, raised, way, 0.0)[0].mean()) - carried
 
-    way = brentq(excess, 0.0, farthest, xtol=1e-15 * farthest, rtol=1e-15)
+    way = brentq(excess, 0.0, farthest, xtol=1e-15 * carried / gap.size, rtol=1e-15)
     unit = friction.coefficient * stiffness
     step = friction.tangential_modulus * creep * spacing * spacing / unit
     normal, pulled = _windows(below, raised, way, step)

@@ -239,7 +239,11 @@ def stresses_below(scene: SceneRecord) -> list[Figure]:
     stored = finest_fields(scene, "von_mises_highest")
     if stored is None:
         return []
-    source = f"{stored.source}{at_last_load(scene)}."
+    cells, about, first = stored.fields.get("stressed_cells"), "", ", where the body first yields"
+    if cells is not None:
+        about = f" Computed below {cells[0]} × {cells[1]} cells about the highest pressure alone."
+        first = ""
+    source = f"{stored.source}{at_last_load(scene)}.{about}"
     depth, highest = stored.fields["von_mises_depth"], stored.fields["von_mises_highest"]
     points = stored.fields["mesh_points"].reshape(len(depth), -1, 3)
     x, y = (np.unique(points[0, :, k]) for k in (0, 1))
@@ -266,15 +270,11 @@ def stresses_below(scene: SceneRecord) -> list[Figure]:
         for place, value in zip(depth[1:], highest[1:], strict=True)
     ]
     where = "at the surface" if worst == 0 else f"{place} below the surface"
-    about = ""
-    if "stressed_cells" in stored.fields:
-        cells = " × ".join(f"{n}" for n in stored.fields["stressed_cells"])
-        about = f" below the {cells} cells about the highest pressure (it is computed of no others)"
     profile = Figure(
         "stress-depth",
         "Largest stress at a depth",
-        f"Von Mises' stress, the largest of all places at a depth{about}. "
-        f"It peaks at {value}, {where}, where the body first yields. {source}",
+        f"Von Mises' stress, the largest of all places at a depth. It peaks at {value}, "
+        f"{where}{first}. {source}",
         log_axis("depth −z", (depth[1], depth[-1]), lambda value: fmt.with_unit(value, "m", 1)),
         Axis("largest von Mises' stress", "σ", scale=fmt.prefix_for(highest[1:], "Pa")),
         (replace(line(look(stored.method), depth[1:], highest[1:]), hover=tuple(hover)),),

@@ -233,9 +233,9 @@ _FIRST, _RATIO, _DEEPEST = 0.25, 1.25, 0.5
 _BELOW = 8.0
 # Nearly the surface, where the picture has it.
 _SURFACE = 1e-6
-# Points a side of what is shown, and cells a side of a rough surface that press on it: all cells of
-# 2048 a side, free of their surroundings, would need 24 GB.
-_SHOWN, _PRESSING = 64, 256
+# Points a side of what is shown, and cells a side of the transforms of a rough surface: those of a
+# patch of 2048, free of its surroundings, would need 24 GB.
+_SHOWN, _WIDEST = 64, 1024
 
 
 def below(scene: Scene, contact: Contact, grid: Grid) -> dict[str, np.ndarray]:
@@ -249,10 +249,12 @@ def below(scene: Scene, contact: Contact, grid: Grid) -> dict[str, np.ndarray]:
     if scene.half_space.uniform:
         body = Stack([], [], Material(*scene.elastic_constants))
     pressure, spacing, origin = contact.pressure, grid.spacing, grid.origin
-    part: dict[str, np.ndarray] = {}
-    if scene.rough and max(pressure.shape) > _PRESSING:
-        rows, columns = _about(pressure, _PRESSING)
-        pressure = pressure[np.ix_(rows, columns)]
+    periodic, part = contact.operator.periodic, dict[str, np.ndarray]()
+    most = _WIDEST if periodic else _WIDEST // _PADDED
+    if scene.rough and max(pressure.shape) > most:
+        rows, columns = _about(pressure, most, repeated=periodic)
+        nx, ny = pressure.shape
+        pressure = pressure[np.ix_(rows % nx, columns % ny)]
         origin = origin[0] + rows[0] * spacing[0], origin[1] + columns[0] * spacing[1]
         part["stressed_cells"] = np.array(pressure.shape)
     if not scene.rough:
@@ -279,7 +281,7 @@ def below(scene: Scene, contact: Contact, grid: Grid) -> dict[str, np.ndarray]:
         ends = np.concatenate([[0.0], depths[1:], depths[-1] * _RATIO**deeper])
         materials = body.slices(ends)
         body = Stack(np.diff(ends)[:-1].tolist(), materials[:-1], materials[-1])
-    if part or not contact.operator.periodic:
+    if not periodic:
         pressure = np.pad(pressure, [(0, (_PADDED - 1) * n) for n in shape])
     fields = list(inside(body, pressure, spacing, depths, kept=shape))
     stresses = [field.von_mises for field in fields]
@@ -311,10 +313,15 @@ def below(scene: Scene, contact: Contact, grid: Grid) -> dict[str, np.ndarray]:
     }
 
 
-def _about(field: np.ndarray, side: int) -> list[np.ndarray]:
-    """Return the places along each axis of at most so many cells a side about the highest value."""
+def _about(field: np.ndarray, side: int, *, repeated: bool = False) -> list[np.ndarray]:
+    """Return the places along each axis of at most so many cells a side about the highest value.
+
+    Of a repeated field they may lie beyond its ends.
+    """
     places = []
     for n, at in zip(field.shape, np.unravel_index(field.argmax(), field.shape), strict=True):
-        first = int(np.clip(at - side // 2, 0, max(n - side, 0)))
-        places.append(np.arange(first, min(first + side, n)))
+        first = int(at) - side // 2
+        if n <= side or not repeated:
+            first = int(np.clip(first, 0, max(n - side, 0)))
+        places.append(first + np.arange(min(side, n)))
     return places

@@ -217,3 +217,10 @@ def test_one_body_is_advised_in_place_of_two_where_it_first_yields_at_the_same_l
     assert ("drop counter_body" in told) == (young is not None)
     if young is not None:
         assert f'half_space.youngs_modulus = "{young:.5g} GPa"' in told
+
+
+def test_a_meniscus_is_not_held_against_a_contact_that_the_closed_form_does_not_know():
+    """A sphere of 10 mm on rubber under 1 MN: its closed form ends below that, and refuses it."""
+    sphere = {"shape": "sphere", "radius": "10 mm"}
+    changes = {"indenter": sphere, "loading.force": ["1 MN"], "lubrication.meniscus": "1 mm"}
+    assert load_scene("soft-ball-film", changes).lubrication.meniscus == 1e-3

@@ -251,5 +251,5 @@ def test_rough_roller_approaches_the_smooth_one():
     assert abs(tractions[1] / line.tangential_force[0] - 1) > 0.01
     assert rolled.scatter > 0
     # a force far below what the rounding of a penetration of 3 can tell
-    light = roll_rough(np.full(5, 3.0), np.zeros(9), 0.01, 1.0, FRICTION, 1e-30, 0.4)
+    light = roll_rough(x**2 + 3, 0.3 * rough, 0.01, 1.0, FRICTION, 1e-30, 0.4)
     assert_allclose(light.force, 1e-30, rtol=1e-12)

@@ -116,7 +116,11 @@ class Lubrication(PhysicsTable):
         form = scene.indenter.made_by(closed_form, effective_modulus=scene.effective_modulus)
         if form is None or form.contact_radius is None:
             return
-        contact = float(form.contact_radius(form.penetration(scene.loading.range.values[-1])))
+        try:
+            depth = form.penetration(scene.loading.range.values[-1])
+        except ValueError:  # a load beyond the range of the closed form, which refuses it
+            return
+        contact = float(form.contact_radius(depth))
         if self.meniscus <= contact:
             least, given = told_apart(contact, self.meniscus, unit="m")
             raise fail(
