@@ -18,7 +18,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from comparisons.formatting import with_unit
+from comparisons.formatting import told_apart, with_unit
 from comparisons.geometry.faces import Face, MeasuredFace, combined, faces_of, together, top
 from comparisons.scene.indenters.axisymmetric import Profile, Sphere
 from comparisons.scene.indenters.indenter import Indenter, RigidPlane
@@ -212,6 +212,12 @@ def indenter_geometry(scene: Scene, loads: AbsoluteLoads) -> IndenterGeometry:
         depth, radius = largest_contact(scene, profile, loads)
         if not 0 < radius < np.inf:
             raise ValueError("no contact at any of the loads")
+        oil = scene.lubrication
+        if oil is not None and oil.meniscus is not None and oil.meniscus <= radius:
+            dry, given = told_apart(radius, oil.meniscus, unit="m")
+            raise ValueError(
+                f"expected a contact inside the meniscus, {given}, got a radius of {dry}"
+            )
         if loads.control != "velocity":
             return IndenterGeometry(scene.indenter, depth, radius)
         # some velocities are estimated; between them, power laws interpolate

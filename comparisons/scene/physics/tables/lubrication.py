@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from comparisons.formatting import told_apart, unpadded
+from comparisons.formatting import unpadded
 from comparisons.scene.fields import (
     LENGTH,
     SPEED,
@@ -20,9 +20,6 @@ from comparisons.scene.fields import (
 )
 from comparisons.scene.loading import PRESCRIBED, Control, LoadRange, ranged
 from comparisons.scene.physics.tables.physics_table import PhysicsTable
-
-if TYPE_CHECKING:
-    from comparisons.scene.scene import Scene
 
 # Longest over shortest wave of a rough ball: a thousand waves.
 MOST_WAVES = 16
@@ -106,27 +103,6 @@ class Lubrication(PhysicsTable):
             yield f"lubrication: expected speed or loading.squeeze_speed, got {came}"
         if "surface" in data:
             yield "lubrication: expected an [indenter]: rough films are not modelled"
-
-    def check(self, scene: Scene) -> None:
-        """Expect oil that begins before the dry contact."""
-        if self.meniscus is None or scene.indenter is None:
-            return
-        from reference import closed_form  # SciPy's, which reading a scene seldom needs
-
-        form = scene.indenter.made_by(closed_form, effective_modulus=scene.effective_modulus)
-        if form is None or form.contact_radius is None:
-            return
-        try:
-            depth = form.penetration(scene.loading.range.values[-1])
-        except ValueError:  # a load beyond the range of the closed form, which refuses it
-            return
-        contact = float(form.contact_radius(depth))
-        if self.meniscus <= contact:
-            least, given = told_apart(contact, self.meniscus, unit="m")
-            raise fail(
-                "lubrication.meniscus: expected more than the radius of the contact, "
-                f"{least}, got {given}"
-            )
 
     @property
     def varied(self) -> tuple[Control, tuple[float, ...]] | None:
