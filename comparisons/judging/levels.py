@@ -358,9 +358,11 @@ class Levels:
         if len(series) > 1 and not zero.all():
             unseen = 0.0
             if name == "stick_area" and sizes is not None and areas is not None:
-                # less than a cell may stick: N of them are a contact radius, or a side
+                # A disc between four cell centres, of 1.6 cells, is the largest that holds none.
+                # N cells are a contact radius, or a side. What rolls may stick in more, a crescent
+                # along its leading edge; but that is no path, and no error is relative to a zero.
                 whole = np.nanmax(areas) / np.pi if np.isnan(apparent) else apparent
-                unseen = whole / grids[-1] ** 2 / np.where(sizes > 0, sizes, np.nan)
+                unseen = 2 * whole / grids[-1] ** 2 / np.where(sizes > 0, sizes, np.nan)
             bar = np.where(zero, unseen, bar)
         located = METHODS[self.method].grid and self.rough and "contact_area_raw" in last.quantities
         if name != "contact_area" or not located:

@@ -294,9 +294,9 @@ def choose_truth(solved: Solved, axis: str, quantities: tuple[str, ...]) -> Trut
     """
     everyone = truths(solved, axis)
     able = [truth for truth in everyone if not METHODS[truth.method].peer]
-    able = [truth for truth in able if not truth.solution.out_of_range.any()] or able
     if not set(quantities) & set(FIELDS):
         able = [truth for truth in able if set(quantities) & truth.curves.keys()] or able
+    able = [truth for truth in able if not truth.solution.out_of_range.any()] or able
     grids = [truth for truth in able if METHODS[truth.method].grid or truth.levels.rough]
     finest = max(grids, key=lambda grid: grid.resolution, default=None)
     able = [truth for truth in able if truth is finest or truth not in grids]

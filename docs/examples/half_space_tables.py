@@ -119,7 +119,7 @@ def solver_parts() -> list[list[str]]:
     cases = [(16, 0.1), (16, 0.02), (4, 0.1), (4, 0.02)]
     rows = [["", *(f"cutoff {cutoff}, F = {share} E\\* A0 h'" for cutoff, share in cases)]]
     for name, (stages, shortest) in variants.items():
-        descent._STAGES, pressing._SHORTEST_COARSENED = stages, shortest
+        descent._STAGES, pressing.SHORTEST_COARSENED = stages, shortest
         cells = []
         for cutoff, share in cases:
             gap = gap_of(POINTS, cutoff)
@@ -129,7 +129,7 @@ def solver_parts() -> list[list[str]]:
             spent = cpu(partial(press, operator, gap, Load("force", force)))
             cells.append(f"{iterations}, {spent:.0f} ms")
         rows.append([name, *cells])
-    descent._STAGES, pressing._SHORTEST_COARSENED = full, 128
+    descent._STAGES, pressing.SHORTEST_COARSENED = full, 128
     return rows
 
 

@@ -29,7 +29,7 @@ CONTROLS = {"descent": ("penetration", "force", "mean_gap"), "pivot": ("penetrat
 # is solved again.
 _REACH = 1.15
 # For grids with a shorter side, a coarser grid saves no time.
-_SHORTEST_COARSENED = 128
+SHORTEST_COARSENED = 128
 # Violation to which the coarser grid is solved; what is finer is lost in the interpolation. Beyond
 # this side it falls with the grid, as the shortest waves are an ever smaller part of the
 # penetration.
@@ -361,7 +361,7 @@ def _starting_pressure(
     # every second point has fewer waves and less tension: where full contact has too much tension
     # there, it has on all points, and is not tried
     points, full = np.ascontiguousarray(gap[::2, ::2]), True
-    helps = min(body.shape) >= _SHORTEST_COARSENED and np.isfinite(points).any()
+    helps = min(body.shape) >= SHORTEST_COARSENED and np.isfinite(points).any()
     if helps and control == "penetration":
         closed = body.periodic and value >= points.mean()
         helps = not closed and points.min() < value

@@ -316,7 +316,7 @@ def test_a_coarser_grid_that_misses_its_tolerance_is_still_a_start(monkeypatch):
         return press(body, gap, load, tolerance=1e-8).history[0]
 
     with monkeypatch.context() as patch:
-        patch.setattr(pressing, "_SHORTEST_COARSENED", 2 * points)
+        patch.setattr(pressing, "SHORTEST_COARSENED", 2 * points)
         overlap = violation()
     monkeypatch.setattr(pressing, "_COARSE_ITERATIONS", 1)
     assert violation() < overlap / 2

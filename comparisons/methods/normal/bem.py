@@ -16,6 +16,7 @@ from comparisons.methods.normal.grid import (
     GridSolver,
     cells,
     contact_cells,
+    grid_shape,
     make_grid,
     punch_grid,
     rough_resolutions,
@@ -23,7 +24,7 @@ from comparisons.methods.normal.grid import (
 from comparisons.scene.options import FftOptions
 from reference.contact.body import ElasticBody
 from reference.contact.pivot import CELL_LIMIT
-from reference.contact.press import Contact, started_from, sweep
+from reference.contact.press import SHORTEST_COARSENED, Contact, started_from, sweep
 from reference.halfspace import FreeOperator, PeriodicOperator
 from reference.halfspace.punches import respond, respond_dense
 from reference.layered import LayeredFree, LayeredPeriodic
@@ -109,7 +110,6 @@ class BemFft(HalfSpaceGrid):
     """Free (zero-padded) or periodic half-space, layered or not; every scene."""
 
     name = "bem_fft"
-    coarsens = True
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
@@ -137,6 +137,9 @@ class BemFft(HalfSpaceGrid):
         if periodic:
             return PeriodicOperator(shape, spacing, modulus, kernel=self.kernel)
         return FreeOperator(shape, spacing, modulus)
+
+    def coarsens(self, task: Task) -> bool:
+        return min(grid_shape(task.geometry, task.resolution)) >= SHORTEST_COARSENED
 
     def sweep(
         self, task: Task, operator: ElasticBody, gap: np.ndarray, loads: np.ndarray

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from functools import partial
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from comparisons.tasks.distributions import Stretches, of_values, wanted
 from comparisons.tasks.shown_loads import MOST_POINTS, grid_pressure
 from comparisons.tasks.solution import Solution, Stopwatch
 from reference.contact.body import ElasticBody
+from reference.contact.press import SHORTEST_COARSENED
 from reference.errors import ConvergenceError
 from reference.halfspace import Contact, FreeOperator
 from reference.halfspace import areas as area_measures
@@ -67,8 +68,6 @@ AnyOperator = TypeVar("AnyOperator", bound=ElasticBody)
 # (by FFT BEM of a single surface further: `bem_fft.FURTHER`).
 MOST_INDENTER_CELLS = 3_000_000
 LARGEST_REFINED = {1: 2**24, 2: 1400**2, 4: 512**2}
-# Cells per side from which a solve by descent begins on coarser grids.
-COARSENED = 128
 
 
 def ball(side: int) -> np.ndarray:
@@ -126,11 +125,16 @@ def make_grid(geometry: Geometry, resolution: int, realisation: int = 0) -> Grid
     return Grid(geometry.indenter.gap(*empty.centres), empty.spacing, origin)
 
 
+def grid_shape(geometry: Geometry, resolution: int) -> tuple[int, int]:
+    """Return the number of grid cells in x and y."""
+    if isinstance(geometry, RoughGeometry):
+        return resolution, round(resolution * geometry.points[1] / geometry.points[0])
+    return indenter_shape(geometry, resolution)
+
+
 def cells(geometry: Geometry, resolution: int) -> int:
     """Return the number of grid cells of a resolution."""
-    if isinstance(geometry, RoughGeometry):
-        return round(resolution**2 * geometry.points[1] / geometry.points[0])
-    nx, ny = indenter_shape(geometry, resolution)
+    nx, ny = grid_shape(geometry, resolution)
     return nx * ny
 
 
@@ -165,7 +169,6 @@ class GridSolver(Solver[Geometry], Generic[AnyOperator]):
 
     # Solver of the linear problem of a flat face; None: faces are like other shapes.
     face: Respond | None = None
-    coarsens: ClassVar[bool] = False  # whether a solve begins on coarser grids
 
     def operator(
         self, task: Task, shape: tuple[int, int], spacing: tuple[float, float]
@@ -201,11 +204,10 @@ class GridSolver(Solver[Geometry], Generic[AnyOperator]):
         rough = isinstance(task.geometry, RoughGeometry)
         side = task.geometry.size[0] if rough else task.geometry.contact_radius
         cell = float(side / task.resolution)
-        large = self.coarsens and cells(task.geometry, task.resolution) >= COARSENED**2
-        gap = cell * ball(2 * COARSENED if large else 8)
+        gap = cell * ball(2 * SHORTEST_COARSENED if self.coarsens(task) else 8)
         operator = self.operator(task, gap.shape, (cell, cell))
         # Half the mean gap is open on a periodic half-space, and a contact on a free one, whose
-        # width is more than half of the grid's; the force is about that of it.
+        # width is nearly half of the grid's, or more; the force is about that of it.
         load = 0.5 * float(gap.mean())
         if task.loads.control == "force":
             load = 0.01 * operator.effective_modulus * cell**2 * gap.size

@@ -22,7 +22,7 @@ from comparisons.facts.quantities import quantity
 from comparisons.facts.quantities.rows import ENCLOSED
 from comparisons.formatting import told_apart
 from comparisons.geometry.prepare import Geometry, RoughGeometry
-from comparisons.methods.normal.grid import COARSENED, SMALL_BALL, ball
+from comparisons.methods.normal.grid import SMALL_BALL, ball
 from comparisons.methods.solver import Refused
 from comparisons.scene.indenters import axisymmetric as round_shapes
 from comparisons.scene.indenters.indenter import Indenter
@@ -42,6 +42,7 @@ from reference.bounds.revolution import (
     rounded_punch,
     sphere,
 )
+from reference.contact.press import SHORTEST_COARSENED
 
 At = Callable[[float], Interval]
 # Of penetration and force, one of which is given and the other an interval.
@@ -122,8 +123,8 @@ def warm_up(rough: bool, periodic: bool) -> None:
     """Compile what the bounds run, once in a process, so that no timing of a proof contains it."""
     with threadpool_limits(limits=1):
         if rough and periodic:
-            bowl = -ball(COARSENED // _LEAST)
-            PeriodicSurface(bowl, (1.0, 1.0), _LEAST).mean_pressure(0.1 * float(np.ptp(bowl)), 1.0)
+            bowl = -ball(SHORTEST_COARSENED // _LEAST)
+            PeriodicSurface(bowl, (1.0, 1.0), _LEAST).energy(0.1 * float(np.ptp(bowl)), 1.0)
         elif rough:
             Patch(-SMALL_BALL, 1.0, _LEAST).force(0.5, 1.0)
         else:

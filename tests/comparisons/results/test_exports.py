@@ -1,6 +1,7 @@
 """Tables and fields to take away, and the modulus of a measured curve."""
 
 import pickle
+from dataclasses import replace
 from unittest.mock import Mock
 
 import meshio
@@ -14,7 +15,8 @@ from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.questions.study import solved_in_memory
 from comparisons.results.measured import fit_modulus, modulus_fits, modulus_sentence
 from comparisons.results.scene_record import record_scene
-from comparisons.results.store import MEASURES, TO_TAKE, write_fields
+from comparisons.results.store import MEASURES, TO_TAKE, measures, write_fields
+from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_all, plan_scene
@@ -49,6 +51,15 @@ def test_a_row_is_a_load_and_a_column_a_method_and_quantity_in_si_units(tmp_path
     # What was derived does not keep a record from another process.
     again = pickle.loads(pickle.dumps(comparison.record))
     pd.testing.assert_frame_equal(again.rows.frame(), comparison.record.rows.frame())
+
+
+@pytest.mark.parametrize(("steps", "listed"), [(None, ""), ((), "never"), ((0, 2), "0 2")])
+def test_load_steps_outside_the_band_of_single_lines_are_counted_from_0(steps, listed):
+    """As all steps in tables; reports count from 1."""
+    (plan,) = plan_scene(load_scene("paraboloid"))
+    record = record_scene(*solved_in_memory(plan, "quick"))
+    verdicts = tuple(replace(item, outside_band=steps) for item in record.verdicts)
+    assert set(measures(replace(record, verdicts=verdicts))["outside_band"]) == {listed}
 
 
 def test_prescribed_forces_are_written_as_prescribed(tmp_path):

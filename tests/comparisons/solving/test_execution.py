@@ -200,6 +200,17 @@ def test_time_is_the_median_of_three_and_compilation_is_apart(task, monkeypatch,
     assert execute(task()).compile_seconds == 0  # once per process
 
 
+def test_a_small_grid_does_not_warm_up_what_a_large_one_has_coarser_grids_by(monkeypatch):
+    monkeypatch.setattr(execution, "_compiled", {})
+    changes = {"surface.points": 64, "surface.realisations": 1}
+    plan = plan_scene(load_scene("rough-periodic", changes))[0]
+    warmed = [
+        execute(task_of(plan, "bem_fft", n), repeats=1).compile_seconds > 0
+        for n in (64, 128, 64, 128)
+    ]
+    assert warmed == [True, True, False, False]
+
+
 def test_the_first_solve_of_a_closed_form_finds_no_radii(task):
     """They take fifty times as long as the solve, and are found before the clock starts."""
     made = task("closed_form", 1, compare={"quantities": ["force", "pressure"]})
@@ -435,6 +446,7 @@ print("late:", *late)
 ROUGH = {"surface.points": 128, "surface.realisations": 1}
 FEW = {"surface.points": 8, "surface.realisations": 1, "surface.short_cutoff": "0.5 um"}
 FEW |= {"loading": {"penetration": ["10 nm"]}}
+PERIOD = FEW | {"surface.points": 16}
 
 
 @pytest.mark.slow
@@ -445,6 +457,7 @@ FEW |= {"loading": {"penetration": ["10 nm"]}}
         ("rough-free", ROUGH, 128, False),
         ("square-punch", {}, 64, True),
         ("rough-free", FEW, 8, True),
+        ("rough-periodic", PERIOD, 16, True),
     ],
 )
 def test_no_timing_of_a_solve_or_a_proof_contains_a_compiler(

@@ -60,6 +60,12 @@ def test_first_yield_is_told_as_penetration_force_and_mean_pressure(scene, depth
         assert with_unit(value, unit) in said
 
 
+def test_what_yielded_once_is_no_elastic_ball_any_more(scene, solved):
+    """The last load is as small as the first, which the closed form answers."""
+    solution = solved(yielding(scene, 0.5, 2, 0.5), "closed_form", 1)
+    assert solution.converged[0].tolist() == [True, False, False]
+
+
 @pytest.mark.slow
 def test_round_shapes_dent_too(solved, scene):
     """A cone yields from the start: it has a force and a dent, and no depth of first yield."""
