@@ -121,10 +121,10 @@ class CurveImpact(Solver[IndenterGeometry]):
         return f"{self.slow.model(geometry)}; the impact by energy along its load curve"
 
     def warm_up(self, task: Task[IndenterGeometry]) -> None:
-        self.slow.warm_up(self._pressed(task))
+        self.slow.warm_up(self._pressed(task, deep=False))
 
     def coarsens(self, task: Task[IndenterGeometry]) -> bool:
-        return self.slow.coarsens(self._pressed(task))
+        return self.slow.coarsens(self._pressed(task, deep=False))
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         slow = self._pressed(task)
@@ -147,14 +147,20 @@ class CurveImpact(Solver[IndenterGeometry]):
         solution.violation[:] = float(np.nanmax(pressed.violation, initial=0.0))
         return solution
 
-    def _pressed(self, task: Task[IndenterGeometry]) -> Task[IndenterGeometry]:
-        """Return the task of the slow contact, on a ladder of penetrations."""
+    def _pressed(
+        self, task: Task[IndenterGeometry], *, deep: bool = True
+    ) -> Task[IndenterGeometry]:
+        """Return the task of the slow contact, on a ladder of penetrations.
+
+        Its first one alone, if not `deep`: a fast impact may go beyond the shape.
+        """
         slowest = 0.5 * self.dynamics.mass * float(task.loads.values[0]) ** 2
         profile = equivalent_profile(self.indenter)
         low = _SHALLOWEST * impact_depth(profile, self.scene.effective_modulus, slowest)
         high = _DEEPEST * task.geometry.penetration
         count = max(_FEWEST, round(_PER_DECADE * np.log10(high / low)) + 1)
-        slow = static_scene(self.scene, np.geomspace(low, high, count))
+        depths = np.geomspace(low, high, count)
+        slow = static_scene(self.scene, depths if deep else depths[:1])
         loads = loads_of(slow)
         pressed = indenter_geometry(slow, loads)
         return replace(
