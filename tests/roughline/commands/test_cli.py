@@ -748,14 +748,8 @@ def cli_app(*arguments, **options):
 
 cli.app = cli_app
 """,
-    "it comes again before the hook has ended": """
-class Gone:
-    __del__ = interrupt
-
-def cli_app(*arguments, **options):
-    Gone()
-    time.sleep(600)
-
+}
+INTERRUPTED["it comes again before the hook has ended"] = """
 class Hasty(__main__.threading.Timer):
     first = True
 
@@ -766,9 +760,7 @@ class Hasty(__main__.threading.Timer):
             time.sleep(0.2)
 
 __main__.threading.Timer = Hasty
-cli.app = cli_app
-""",
-}
+""" + INTERRUPTED["a destructor swallows it"]
 
 FAULT_AFTER_INTERRUPT = """
 import os, signal, sys
