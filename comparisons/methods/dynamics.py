@@ -123,9 +123,6 @@ class CurveImpact(Solver[IndenterGeometry]):
     def warm_up(self, task: Task[IndenterGeometry]) -> None:
         self.slow.warm_up(self._pressed(task, deep=False))
 
-    def coarsens(self, task: Task[IndenterGeometry]) -> bool:
-        return self.slow.coarsens(self._pressed(task, deep=False))
-
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         slow = self._pressed(task)
         pressed = run(self.static(slow.scene), slow, span=self.ladder_span, reason=str)

@@ -160,10 +160,6 @@ class Solver(Generic[G]):
     def warm_up(self, task: Task[G]) -> None:
         """Compile whatever the task will need, so that no timing contains a compiler."""
 
-    def coarsens(self, task: Task[G]) -> bool:
-        """Whether solves begin on coarser grids, by code that a small grid's do not run."""
-        return False
-
     def rows(self, task: Task[G]) -> Iterable[Row]:
         """Yield each realisation, set up, with a function that yields its load steps."""
         for _ in task.realisations:

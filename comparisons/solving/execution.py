@@ -48,9 +48,8 @@ add_announced()
 THREADS = 1
 _CLEAR_PEAK = Path("/proc/self/clear_refs")
 _STATUS = Path("/proc/self/status")
-# Kinds of tasks that are compiled in this process, and whether their solves begin on coarser grids;
-# the seconds that took.
-_compiled: dict[tuple[tuple[object, ...], bool], float] = {}
+# Kinds of tasks that are compiled in this process, and the seconds that took.
+_compiled: dict[tuple[object, ...], float] = {}
 
 
 def execute(task: Task, repeats: int | None = None) -> Solution:
@@ -156,11 +155,8 @@ def kind_of(task: Task) -> tuple[object, ...]:
 
 
 def warm_up(solver: Solver[Any], task: Task) -> float:
-    """Compile once per process and kind of scene; return how long it took the first time.
-
-    Where solves begin on coarser grids, that is another kind: a small grid does not compile it.
-    """
-    key = kind_of(task), solver.coarsens(task)
+    """Compile once per process and kind of scene; return how long it took the first time."""
+    key = kind_of(task)
     if key not in _compiled:
         start = time.perf_counter()
         solver.warm_up(task)
@@ -255,7 +251,7 @@ def _mark(task: Task) -> Path | None:
 
     from reference.contact import descent
 
-    if METHODS[task.method].isolated or kind_of(task) in {kind for kind, _ in _compiled}:
+    if METHODS[task.method].isolated or kind_of(task) in _compiled:
         return None
     # Where Numba keeps the code of the half-space: marks go when the cache goes.
     cache = descent._advance.stats.cache_path

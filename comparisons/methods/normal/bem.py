@@ -16,7 +16,6 @@ from comparisons.methods.normal.grid import (
     GridSolver,
     cells,
     contact_cells,
-    grid_shape,
     make_grid,
     punch_grid,
     rough_resolutions,
@@ -24,7 +23,7 @@ from comparisons.methods.normal.grid import (
 from comparisons.scene.options import FftOptions
 from reference.contact.body import ElasticBody
 from reference.contact.pivot import CELL_LIMIT
-from reference.contact.press import SHORTEST_COARSENED, Contact, started_from, sweep
+from reference.contact.press import Contact, started_from, sweep
 from reference.halfspace import FreeOperator, PeriodicOperator
 from reference.halfspace.punches import respond, respond_dense
 from reference.layered import LayeredFree, LayeredPeriodic
@@ -138,9 +137,6 @@ class BemFft(HalfSpaceGrid):
             return PeriodicOperator(shape, spacing, modulus, kernel=self.kernel)
         return FreeOperator(shape, spacing, modulus)
 
-    def coarsens(self, task: Task) -> bool:
-        return min(grid_shape(task.geometry, task.resolution)) >= SHORTEST_COARSENED
-
     def sweep(
         self, task: Task, operator: ElasticBody, gap: np.ndarray, loads: np.ndarray
     ) -> Iterator[Contact]:
@@ -161,6 +157,7 @@ class BemDense(GridSolver[FreeOperator]):
     """Exact to round-off on its grid, with work that grows as the cube of the contact cells."""
 
     name = "bem_dense"
+    descends = False
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
-from functools import partial
-from typing import Any, Generic, TypeVar
+from functools import cache, partial
+from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from comparisons.tasks.distributions import Stretches, of_values, wanted
 from comparisons.tasks.shown_loads import MOST_POINTS, grid_pressure
 from comparisons.tasks.solution import Solution, Stopwatch
 from reference.contact.body import ElasticBody
-from reference.contact.press import SHORTEST_COARSENED
+from reference.contact.press import SHORTEST_COARSENED, sweep
 from reference.errors import ConvergenceError
 from reference.halfspace import Contact, FreeOperator
 from reference.halfspace import areas as area_measures
@@ -30,6 +30,7 @@ from reference.halfspace.punches import (
     FaceResponse,
     respond,
 )
+from reference.loads import Load
 
 # Blocks a side of a stored field; fields of up to MOST_POINTS cells are stored as they are.
 SIDE = 512
@@ -164,11 +165,24 @@ def rough_resolutions(geometry: RoughGeometry) -> tuple[int, ...]:
     return tuple(finer or [n])
 
 
+@cache
+def _coarsen_once() -> None:
+    """Press a grid that begins on coarser ones, by code that small grids do not run.
+
+    It is the same for every elastic body: once in a process serves all.
+    """
+    gap = ball(2 * SHORTEST_COARSENED)
+    forces = Load("force", 0.01 * gap.size * np.array([1.0, 1.1]))
+    list(sweep(FreeOperator(gap.shape, (1.0, 1.0), 1.0), gap, forces))
+
+
 class GridSolver(Solver[Geometry], Generic[AnyOperator]):
     """A solver of an elastic body below a grid of rectangular cells."""
 
     # Solver of the linear problem of a flat face; None: faces are like other shapes.
     face: Respond | None = None
+    # Whether contact is found by descent, which begins large grids on coarser ones.
+    descends: ClassVar[bool] = True
 
     def operator(
         self, task: Task, shape: tuple[int, int], spacing: tuple[float, float]
@@ -198,13 +212,14 @@ class GridSolver(Solver[Geometry], Generic[AnyOperator]):
     def warm_up(self, task: Task) -> None:
         """Solve a paraboloid on a handful of the scene's cells, on its kind of half-space.
 
-        Layers that are thin against other cells would be none. A large grid has coarser ones, and
-        warms up on so many cells that these are used.
+        Layers that are thin against other cells would be none.
         """
+        if self.descends:
+            _coarsen_once()
         rough = isinstance(task.geometry, RoughGeometry)
         side = task.geometry.size[0] if rough else task.geometry.contact_radius
         cell = float(side / task.resolution)
-        gap = cell * ball(2 * SHORTEST_COARSENED if self.coarsens(task) else 8)
+        gap = cell * SMALL_BALL
         operator = self.operator(task, gap.shape, (cell, cell))
         # Half the mean gap is open on a periodic half-space, and a contact on a free one, whose
         # width is nearly half of the grid's, or more; the force is about that of it.
