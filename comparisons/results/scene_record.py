@@ -120,9 +120,7 @@ def record_scene(
         distributions=Rows.of(pd.DataFrame(distribution_rows(plan, solved))),
         fields=dict(fields or {}),
     )
-    record = replace(record, verdicts=explained(record))
-    vars(record)["scene"] = scene  # what was just solved is not read from its text again
-    return record
+    return replace(record, verdicts=explained(record))
 
 
 def reference_of(
