@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
@@ -31,12 +30,9 @@ from reduced.rough.press import RoughLines, press
 from reduced.rough.surface_spectrum import SelfAffineLaw
 from reduced.rubber.history import slide_as_printed, slide_in_time
 from reduced.rubber.steady import slide
-from reference import loads as reference_loads
-from reference.errors import positive_faults, refuse
 from reference.halfspace import FreeOperator
 from reference.loads import History
 from reference.viscoelastic import GeneralisedMaxwell, press_in_time
-from reference.viscoelastic.rubber import slide_shape, window_depth
 
 # Cells across the grid and steps per period, coarse and fine: their difference is the bar.
 _GRIDS = {"quick": ((32, 16), (64, 32)), "full": ((64, 32), (128, 64))}
@@ -111,7 +107,6 @@ def relaxation_series(effort: str, *, per_decade: Positive = 2.0) -> Share:
 # contact.
 _SHORTEST, _PER_WAVE, _LOAD = 1 / 16, 32.0, 3e-3
 _QUANTITIES = ("friction", "work", "start")
-_RADIUS = 1.0
 _ROUNDING = 1e-9  # relative tolerance of forces is 1e-11
 
 
@@ -189,42 +184,6 @@ def corrected_rubber(
     return Finding(*worst(stated, true), _ROUNDING, details)
 
 
-@experiment("sliding-paraboloid", "way in a retardation time over contact radius at rest")
-def sliding_paraboloid(effort: str, *, way: Positive = 1.0, glassy: float = 0.0) -> Finding:
-    """Friction of a paraboloid that slides over rubber: springs against the half-space.
-
-    At equal force. `way`: retardation time times speed over the radius sqrt(R d) of a static
-    contact of equal depth. `glassy`: instantaneous over relaxed modulus of a standard solid; 0 for
-    Kelvin-Voigt.
-    """
-    speed = way * np.sqrt(_RADIUS * _DEPTH)
-    if glassy and not glassy > 1:
-        raise ValueError(f"glassy must be 0 or above 1, not {glassy!r}")
-    if glassy:  # the retardation time is one
-        springs = standard_solid(0.25, 0.25 * (glassy - 1), relaxation_time=1 / glassy)
-        body = GeneralisedMaxwell.standard(0.25, 0.25 * (glassy - 1), 1 / glassy)
-    else:
-        springs, body = kelvin_voigt(0.25, 0.25), GeneralisedMaxwell.kelvin_voigt(0.25, 0.25)
-    force, friction = paraboloid(
-        _RADIUS,
-        body,
-        speed,
-        reference_loads.Load("penetration", _DEPTH),
-        cells=144 if effort == "full" else 48,
-    )
-    x = np.linspace(-0.3, 0.3, 4001)
-    sliding = slide(
-        RoughLines(-(x**2) / _RADIUS, x[1] - x[0], periodic=False),
-        springs,
-        speed,
-        LoadPath("force", force.estimate),
-    )
-    stated = float(sliding.friction_coefficient.item())
-    bar = friction.uncertainty / friction.estimate + force.uncertainty / force.estimate
-    details = {"depth on springs over that on the half-space": sliding.penetration.item() / _DEPTH}
-    return Finding(stated, friction.estimate, stated / friction.estimate * bar, details)
-
-
 _SCENE, _GRID, _LINES = "sliding-rough", 48, 300
 _FORCE = 20.0  # mN, of the scene
 # Four times the force, on many surfaces; what a finer grid changes, on a few of them.
@@ -279,63 +238,3 @@ def rough_rubber(
     bar = float(combined(float(scatter[0]), 1.25 * abs(change - 1)))
     once = float(base.mean())
     return Finding(float(ratio[0]) * change * once, once, bar, {})
-
-
-@dataclass(frozen=True)
-class GridStudy:
-    """One quantity on three grids with successively halved spacing."""
-
-    values: np.ndarray  # (3,): values from coarse to fine
-    # extrapolated with the observed order, limited to [1, 2]; the finest if changes differ in sign
-    estimate: float
-    # change from the second grid to the third, or half of the previous one if larger: a bound of
-    # the remaining error at order 1, the lowest order at contact edges
-    uncertainty: float
-
-    @classmethod
-    def of(cls, values: list[float]) -> GridStudy:
-        """Return the study of three values."""
-        coarse, middle, fine = values
-        first, second = middle - coarse, fine - middle
-        bar = max(abs(second), abs(first) / 2)
-        if first * second <= 0:
-            return cls(np.array(values), fine, bar)
-        ratio = min(max(first / second, 2.0), 4.0)  # 2^order
-        return cls(np.array(values), fine + second / (ratio - 1), bar)
-
-
-def paraboloid(
-    radius: float,
-    material: GeneralisedMaxwell,
-    speed: float,
-    load: reference_loads.Load,
-    cells: int = 96,
-) -> tuple[GridStudy, GridStudy]:
-    """Return force and friction coefficient of a rigid paraboloid f = r^2/(2R), nu = 1/2.
-
-    The grid is a square around |x|, |y| <= sqrt(2 R d), which contains the contact. If the
-    relaxation length v tau is below a cell, friction is of the order of the grid's error; the exact
-    limit is mu = (eta/G) v/R, eta = sum G_i tau_i, G relaxed (half of that of the reduced model,
-    which counts slopes in all directions).
-
-    `cells` is the number across the window of the finest of three grids, a multiple of 16.
-    """
-    if cells < 48 or cells % 16:
-        raise ValueError(f"cells must be a multiple of 16, at least 48, not {cells!r}")
-    refuse(positive_faults(radius=radius))
-
-    def gap(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        return (x**2 + y**2) / (2 * radius)
-
-    def reach(depth: float) -> tuple[float, float]:
-        return (float(np.sqrt(2 * radius * depth)),) * 2
-
-    depth = window_depth(gap, reach, material, speed, load)
-    contacts = [
-        slide_shape(gap, reach(depth), material, speed, count, load)
-        for count in (cells // 4, cells // 2, cells)
-    ]
-    return (
-        GridStudy.of([contact.force for contact in contacts]),
-        GridStudy.of([contact.friction_coefficient for contact in contacts]),
-    )

@@ -1,4 +1,4 @@
-"""What judges rolling and sliding in single experiments: strips, cylinders, a ball on rubber."""
+"""What judges rolling in single experiments: strips and cylinders."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,6 @@ from comparisons.questions.experiments.rolling_cylinders import (
     hertz,
     moving_compliance,
 )
-from comparisons.questions.experiments.viscoelastic import GridStudy, paraboloid
 from reference.halfspace.traction import Compliance, NormalAndTangential
 from reference.loads import Load
 from reference.rolling.creep_theories import on_grid
@@ -133,24 +132,3 @@ def test_cylinder_on_kelvin_and_voigts_solid():
     strips = TravellingPlane(72, 1 / 24, GeneralisedMaxwell.kelvin_voigt(0.25, 0.25), 0.3)
     contact = slide_on_rubber(strips, x**2 / 200, Load("force", cylinder.force), slope=x / 100)
     assert_allclose(contact.friction_coefficient, cylinder.resistance, rtol=1e-3)
-
-
-ZENER = GeneralisedMaxwell.standard(0.25, 2.5, 0.1)
-
-
-@pytest.mark.slow
-def test_paraboloid_is_known_to_half_a_per_cent():
-    """The bar of three grids holds a fourth, twice as fine as the finest, and is below 0.5 %."""
-    studies = (paraboloid(1.0, ZENER, 0.3, Load("penetration", 0.01), n) for n in (48, 96))
-    for coarse, fine in zip(*studies, strict=True):
-        assert abs(coarse.estimate - fine.estimate) < coarse.uncertainty
-        assert fine.uncertainty < 0.005 * fine.estimate
-
-
-def test_three_grids_that_converge_are_extrapolated():
-    """Values 1 + h^p with p = 1, 2: the estimate is 1; with p = 4 the order is capped at 2."""
-    for order in (1, 2):
-        study = GridStudy.of([1 + h**order for h in (0.4, 0.2, 0.1)])
-        assert_allclose(study.estimate, 1.0, rtol=1e-12)
-    study = GridStudy.of([1 + h**4 for h in (0.4, 0.2, 0.1)])
-    assert abs(study.estimate - 1) < study.uncertainty
