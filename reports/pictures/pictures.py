@@ -202,11 +202,12 @@ def _body_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
     stress = np.asarray(fields["mesh_von_mises"], dtype=float)
     # Under sharp edges a few nodes tower over all others; they would leave the rest dark.
     highest = float(np.quantile(stress[near], 0.995))
-    # The contact pressure at mesh points of the surface, zero elsewhere.
+    # The pressure at mesh points of the surface, zero beside the contact, none inside.
     distance, nearest = cKDTree(np.column_stack([x, y])).query(points[:, :2])
-    on_top = (np.abs(points[:, 2]) <= 1e-9 * reach) & (distance < 1e-6 * reach)
+    on_top = np.abs(points[:, 2]) <= 1e-9 * reach
+    known = np.where(distance < 1e-6 * reach, pressure[nearest], 0.0)
     arrays = {name: np.asarray(fields[name]) for name in sorted(needed)}
-    arrays["pressure"] = np.where(on_top, pressure[nearest], 0.0)
+    arrays["pressure"] = np.where(on_top, known, np.nan)
     scalars = {"reach": reach, "highest": highest, "exaggeration": exaggeration}
     caption = (
         f"The body cut open ({source}) at the last load; the line is the "

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from reports.pictures.rendering import deformed_piece, opened_surface, pressure_hill, rough_surface
+from reports.pictures.rendering import Job, shape_of
 from reports.plots.style import CONTACT
 
 MOST_POINTS = 96  # per side of a surface
@@ -25,19 +25,41 @@ CIVIDIS = (
     "#00224e", "#123570", "#3b496c", "#575d6d", "#707173",
     "#8a8678", "#a59c74", "#c3b369", "#e1cc55", "#fee838",
 )  # fmt: skip
-Job = dict[str, np.ndarray]
-Drawn = tuple[dict[str, Any], np.ndarray]  # a trace without its places, and its points
+# Of surfaces, and of bodies: shading would tell other stresses than the colour bar.
+LIT = {"ambient": 0.75, "diffuse": 0.5, "specular": 0.0}
+UNLIT = {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0}
 
 
 def view(job: Job) -> dict[str, Any]:
     """Return data and layout of the interactive view of a rendering job."""
-    trace, points = _VIEWS[str(job["kind"])](job)
+    shape = shape_of(job, MOST_POINTS)
+    colours: dict[str, Any] = {"colorscale": "Viridis", "cmin": 0.0, "cmax": SHADES}
+    shade = shape.shade
+    if shape.palette == "cividis":
+        # Contacts take the last colour of the scale, which no height reaches.
+        shade = np.where(np.isnan(shade), 1.0, 0.98 * shade)
+        places = np.linspace(0, 0.98, len(CIVIDIS)).tolist()
+        scale = [[place, tone] for place, tone in zip(places, CIVIDIS, strict=True)]
+        colours["colorscale"] = [*scale, [0.985, CONTACT], [1.0, CONTACT]]
+    trace: dict[str, Any] = {"type": "mesh3d", "showscale": False, **colours}
+    if shape.grid:
+        # The page triangulates the grid: two triangles per cell, in the colour of its first corner,
+        # so that the edges of contacts are sharp.
+        shade = np.repeat(shade.reshape(shape.grid)[:-1, :-1].ravel(), 2)
+        trace |= {"grid": list(shape.grid), "intensitymode": "cell", "lighting": LIT}
+        trace["intensity"] = _shades(shade)
+    elif shape.ball:
+        marker = {"size": BALLS * shape.ball, "color": _shades(shade), **colours}
+        marker |= {"opacity": 1.0, "line": {"width": 0}}
+        trace = {"type": "scatter3d", "mode": "markers", "marker": marker}
+    elif shape.opened:
+        corners = zip("ijk", shape.opened.cells.T, strict=True)
+        trace |= {name: _packed(corner, "u4") for name, corner in corners}
+        trace |= {"intensity": _shades(shade), "lighting": UNLIT}
     # In steps of the largest extent, which are finer than a screen.
-    extent = np.ptp(points, axis=0)
-    steps = np.round((points - points.min(axis=0)) * (STEPS / extent.max()))
+    extent = np.ptp(shape.points, axis=0)
+    steps = np.round((shape.points - shape.points.min(axis=0)) * (STEPS / extent.max()))
     trace |= {name: _packed(steps[:, axis], "u2") for axis, name in enumerate("xyz")}
-    if trace["type"] == "mesh3d":
-        trace |= {"cmin": 0.0, "showscale": False}
     trace["hoverinfo"] = "skip"
     hidden = {"visible": False, "showspikes": False}
     scene: dict[str, Any] = {"xaxis": hidden, "yaxis": hidden, "zaxis": hidden}
@@ -50,75 +72,9 @@ def view(job: Job) -> dict[str, Any]:
     return {"data": [trace], "layout": layout}
 
 
-def _rough(job: Job) -> Drawn:
-    x, y, z, heights, touching = rough_surface(job, MOST_POINTS)
-    low, high = float(job["heights"].min()), float(job["heights"].max())
-    shade = 0.98 * (heights - low) / max(high - low, float(np.finfo(float).tiny))
-    # Contacts take the last colour of the scale, which no height reaches.
-    places = np.linspace(0, 1, len(CIVIDIS)).round(4).tolist()
-    scale = [[0.98 * place, tone] for place, tone in zip(places, CIVIDIS, strict=True)]
-    scale += [[0.985, CONTACT], [1.0, CONTACT]]
-    return _surface(x, y, z, np.where(touching, 1.0, shade), scale)
-
-
-def _hill(job: Job) -> Drawn:
-    x, y, p = pressure_hill(job)
-    step = int(np.ceil(max(p.shape) / MOST_POINTS))
-    x, y, p = (values[::step, ::step] for values in (x, y, p))
-    return _surface(x, y, 0.4 * p, p, "Viridis")
-
-
-def _surface(x: np.ndarray, y: np.ndarray, z: np.ndarray, colour: np.ndarray, scale: Any) -> Drawn:
-    """Return a triangulated surface with one colour per triangle, so that contact edges are sharp.
-
-    The page triangulates the `grid`: two triangles per cell, in the colour of its first corner.
-    """
-    trace = {
-        "type": "mesh3d",
-        "grid": list(z.shape),
-        "intensity": _packed(np.repeat(_shades(colour[:-1, :-1].ravel()), 2), "u1"),
-        "intensitymode": "cell",
-        "colorscale": scale,
-        "cmax": SHADES,
-        "lighting": {"ambient": 0.75, "diffuse": 0.5, "specular": 0.0},
-    }
-    return trace, np.column_stack([x.ravel(), y.ravel(), z.ravel()])
-
-
-def _body(job: Job) -> Drawn:
-    points, triangles, stress = opened_surface(deformed_piece(job, clipped=True))
-    trace = {
-        "type": "mesh3d",
-        **{name: _packed(triangles[:, axis], "u4") for axis, name in enumerate("ijk")},
-        "intensity": _packed(_shades(stress / float(job["highest"])), "u1"),
-        "colorscale": "Viridis",
-        "cmax": SHADES,
-        # Shading would tell other stresses than the colour bar.
-        "lighting": {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0},
-    }
-    return trace, points
-
-
-def _particles(job: Job) -> Drawn:
-    marker = {
-        "size": BALLS * float(job["spacing"]),
-        "color": _packed(_shades(job["stress"] / float(job["highest"])), "u1"),
-        "colorscale": "Viridis",
-        "cmin": 0.0,
-        "cmax": SHADES,
-        "opacity": 1.0,
-        "line": {"width": 0},
-    }
-    trace = {"type": "scatter3d", "mode": "markers", "marker": marker}
-    return trace, job["places"] * np.array([1.0, 1.0, -1.0])
-
-
-_VIEWS = {"rough": _rough, "hill": _hill, "body": _body, "particles": _particles}
-
-
-def _shades(values: np.ndarray) -> np.ndarray:
+def _shades(values: np.ndarray) -> dict[str, Any]:
     """Return values from 0 to 1 as steps of a colour scale: as many as a screen shows."""
-    return np.round(SHADES * np.clip(values, 0, 1))
+    return _packed(np.round(SHADES * np.clip(values, 0, 1)), "u1")
 
 
 def _packed(values: np.ndarray, dtype: str) -> dict[str, Any]:

@@ -169,21 +169,22 @@ def enclosed(points: np.ndarray, triangles: np.ndarray) -> float:
 @pytest.mark.parametrize("n", [2, 4])
 def test_the_cut_block_is_closed_and_three_quarters_of_it(n):
     """Every edge belongs to two triangles, and 3/4 of 2 x 2 x 1 is enclosed: 3."""
-    points, triangles, stress = opened_surface(cube(n))
+    surface = opened_surface(cube(n))
+    points, triangles = surface.points, surface.cells
     edges = np.sort(np.vstack([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]))
     _, count = np.unique(edges, axis=0, return_counts=True)
     assert (count % 2 == 0).all()
     assert enclosed(points, triangles) == pytest.approx(3.0)
-    np.testing.assert_allclose(stress, points[:, 2])
+    np.testing.assert_allclose(surface.stress, points[:, 2])
 
 
 def test_mirror_images_are_sewn_together(study):
     """A quarter of a block, completed: without inner walls its volume is that of the box."""
     job = pictures.picture_job(study.scenes[0]).arrays
     flat = job | {"mesh_displacement": 0 * job["mesh_displacement"]}
-    points, triangles, _ = opened_surface(deformed_piece(flat, clipped=True))
-    assert np.abs(points).max() <= 1.0 + 1e-12
-    assert enclosed(points, triangles) == pytest.approx(0.75 * 2 * 2 * 1, rel=1e-6)
+    surface = opened_surface(deformed_piece(flat))
+    assert np.abs(surface.points).max() <= 1.0 + 1e-12
+    assert enclosed(surface.points, surface.cells) == pytest.approx(0.75 * 2 * 2 * 1, rel=1e-6)
 
 
 def test_every_scene_of_the_study_has_a_view(study):
