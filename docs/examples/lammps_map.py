@@ -15,8 +15,10 @@ import numpy as np
 
 from comparisons.isolation.parent import run
 from comparisons.judging.verdicts import WITHIN, judged
-from comparisons.questions.experiments.lammps import lammps_mdr
+from comparisons.questions.claims.claim import load_claims
+from comparisons.questions.claims.scenes import measure_scene
 from comparisons.questions.experiments.yielding import NU
+from comparisons.solving.inquiries import answer_of
 from reports.tables.written import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "plasticity.md"
@@ -29,7 +31,9 @@ QUANTITIES = ("force", "area", "dent")
 @cache
 def error(softness: float, depth: float, short: str) -> tuple[float, float]:
     """Return LAMMPS' error and the bar of the elements: of the dent, relative to d."""
-    found = lammps_mdr("full", depth=depth, softness=softness, quantity=short)
+    (claim,) = load_claims((f"lammps-mdr-{short}-2",))
+    there = claim.under({"plasticity.yield_stress": softness})
+    found = answer_of(measure_scene(there, depth, "full", independent=False))
     return found.error, found.uncertainty
 
 

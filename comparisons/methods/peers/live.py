@@ -268,22 +268,11 @@ class LammpsJkr(LammpsLaw):
     def fail_steps(
         self, task: Task[IndenterGeometry], solution: Solution, answer: dict[str, Any]
     ) -> None:
-        """Without contact, LAMMPS and JKR agree before the first touch and beyond JKR's limit."""
-        work = self.adhesion.work / self.scene.effective_modulus
-        edge = (self.radius / 4 * np.sqrt(2 * np.pi * work)) ** (2 / 3)
-        limit = -3 * edge**2 / self.radius
-        held = False
-        for step, (depth, force) in enumerate(
-            zip(task.loads.values, solution.quantities["force"][0], strict=True)
+        """LAMMPS makes contact later than JKR, which touches at zero."""
+        for step in np.flatnonzero(
+            (task.loads.values >= 0) & (solution.quantities["force"][0] == 0)
         ):
-            held = depth >= 0 or (held and depth >= limit)
-            if held and force == 0:
-                solution.fail(
-                    (0, step),
-                    "LAMMPS makes contact above zero only"
-                    if depth >= 0
-                    else "LAMMPS lets go at the force minimum, before JKR's contact does",
-                )
+            solution.fail((0, int(step)), "LAMMPS makes contact above zero only")
 
 
 class LammpsMdr(LammpsLaw):

@@ -42,8 +42,10 @@ from comparisons.scene.scene import Scene, load_scene
 
 # The contact area that the equivalent diameter predicts from the true stiffness.
 AREA_FROM_STIFFNESS = "area_from_stiffness"
+# The depth that remains, over the penetration: its error is a share of the penetration.
+REMAINING_SHARE = "remaining_share"
 # Possible quantities of claims: those of scenes, and derived ones.
-CLAIMED = tuple(dict.fromkeys((*COMPARABLE, *FIELDS, AREA_FROM_STIFFNESS)))
+CLAIMED = tuple(dict.fromkeys((*COMPARABLE, *FIELDS, AREA_FROM_STIFFNESS, REMAINING_SHARE)))
 MEASURES = ("maximum", "rms", "last")
 SAYS = ("chapter", "literature", "ours")
 # Keys of scenes that other keys of a claim set.
@@ -341,7 +343,7 @@ def scene_of(claim: Claim, side: Side, more: Mapping[str, Any] | None = None) ->
     """Return the scene of a side (a file beside the claim, or built-in), with changed keys."""
     assert side.scene is not None
     beside = Path(claim.directory) / side.scene
-    computed = {AREA_FROM_STIFFNESS: "stiffness"}
+    computed = {AREA_FROM_STIFFNESS: "stiffness", REMAINING_SHARE: "residual_depth"}
     computed |= {name: "pressure" for name in FIELDS if name not in DISTRIBUTIONS}
     quantities = list(dict.fromkeys(computed.get(q, q) for q in claim.quantity))
     compared = {"compare.quantities": quantities, "compare.tolerance": min(claim.tolerance, 0.5)}

