@@ -12,7 +12,6 @@ from comparisons.judging.levels import Levels
 from comparisons.judging.truth import choose_truth, truths
 from comparisons.judging.uncertainty import combined, share_uncertainty
 from comparisons.results.scene_record import record_scene
-from comparisons.solving.execution import this_machine
 from comparisons.solving.planning import plan_scene
 from comparisons.tasks.solution import Solution
 from reference.halfspace.punches import EDGE_OFFSET
@@ -190,17 +189,6 @@ def test_errors_are_missing_for_reasons_that_are_counted_apart(plan):
     assert told["contact_area", "penetration"] == "zero in the reference at 1 of 4 load steps"
     away = "outside the reference's range of force at 1 of 4 load steps"
     assert beyond["contact_area", "force"] == away
-
-
-def test_a_method_that_is_refused_has_a_row_with_the_reason(scene):
-    square = scene(indenter={"shape": "square_punch", "side": 1e-3})
-    (plan,) = plan_scene(square)
-    result = compare(plan, {})
-    (row,) = rows_of(result, "closed_form").to_dict("records")
-    assert "no closed form is known" in row["reason"]
-    assert not row["converged"]
-    assert result.truth is None
-    assert set(result.rows["machine"]) == {this_machine()}
 
 
 def test_a_method_that_lacks_a_quantity_is_compared_in_the_others(plan):

@@ -158,17 +158,6 @@ def test_the_bar_of_a_path_covers_its_error_where_the_values_pass_zero(scene):
 
 
 @pytest.mark.usefixtures("sheared")
-def test_a_step_that_fails_ends_its_path_and_keeps_its_load(scene):
-    loading = {"force": "10 N", "tangential_force": ["4 N", "2 N", "8 N"]}
-    (plan,) = plan_scene(scene(loading=loading, **FRICTION))
-    record = record_scene(plan, solved_in_memory(plan, "quick")[1])
-    rows = record.setting_rows("reduced", 40)
-    assert list(rows["converged"]) == [True, True, False]
-    assert list(rows["tangential_force"]) == [4.0, 2.0, 8.0]
-    assert list(rows["reason"]) == ["", "", "it slides away"]
-
-
-@pytest.mark.usefixtures("sheared")
 def test_a_path_that_raises_is_not_cut_in_halves(scene, monkeypatch):
     """The second half of a path cannot begin anew, so it must not be solved by itself."""
 

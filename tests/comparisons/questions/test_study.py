@@ -231,18 +231,6 @@ def test_the_table_has_a_row_for_every_solve_and_step_and_the_columns_of_the_con
     assert (solved["setup_seconds"] <= solved["seconds"]).all()
 
 
-def test_progress_is_told_from_zero_to_all(ball, tmp_path):
-    told = []
-    Study(
-        ball,
-        tmp_path / "out",
-        watch=lambda study, done: told.append((study.under_way.counts, done)),
-    ).run()
-    assert [counts for counts, _ in told] == [(i, 5) for i in range(6)]
-    assert told[0][1] is None
-    assert told[1][1].job.kind.method == "closed_form"  # cheap ones first
-
-
 def test_a_used_folder_is_left_alone(ball, tmp_path, counted):
     (tmp_path / "notes.txt").write_text("mine")
     before = snapshot(tmp_path)

@@ -8,7 +8,6 @@ import pandas as pd
 import pytest
 import tomli_w
 
-from comparisons import machine
 from comparisons.facts.methods import METHODS
 from comparisons.facts.quantities import FIELDS
 from comparisons.judging.truth import NO_REFERENCE, Bar, Reference
@@ -19,7 +18,7 @@ from comparisons.results.finding import finding
 from comparisons.results.record import MEAN, SceneRecord, asked_in_vain
 from comparisons.results.rows import Rows
 from comparisons.results.scene_record import explained, record_scene
-from comparisons.scene.scene import SUITES, builtin_names, load_scene
+from comparisons.scene.scene import SUITES, load_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import PlanRecord, task_of
 from comparisons.solving.planning import plan_scene
@@ -217,22 +216,6 @@ def test_a_user_gets_advice_for_a_tolerance_and_quantities(capsys):
     assert document["tolerance"] == 0.02
     assert document["cheapest"]["method"] == "reduced"
     assert document["sentence"].startswith("For 2\u202f% in force: reduced model")
-
-
-def test_suites_hold_built_in_scenes_each_once():
-    for members in SUITES.values():
-        assert set(members) <= set(builtin_names())
-        assert len(set(members)) == len(members)
-
-
-def test_the_machine_is_one_line():
-    described = machine.machine(1)
-    assert described["cores"] >= 1
-    assert described["memory"] > 1e8
-    assert {"python", "numpy", "scipy", "numba"} <= set(machine.versions())
-    text = machine.machine_text(described)
-    assert text
-    assert "\n" not in text
 
 
 def physics(table, *rows, low=None):

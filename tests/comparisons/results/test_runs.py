@@ -76,13 +76,6 @@ def reduced_change(before, after, **more):
     return result["reduced"]
 
 
-def test_a_run_against_itself_is_the_same(tmp_path):
-    record = compare_runs(study(tmp_path), study(tmp_path))
-    assert [change.kinds for change in record.changes] == [(SAME,), (SAME,)]
-    assert record.notes == ()
-    assert not record.failed
-
-
 @pytest.mark.parametrize(
     ("factor", "moved", "more"),
     # the last by the user's own threshold

@@ -2,9 +2,9 @@
 
 import pytest
 
-from comparisons.errors import LostWorkError, ResultsError
+from comparisons.errors import ResultsError
 from comparisons.solving.inquiries import Inquiries, answer_of, curves, together
-from comparisons.solving.jobs import Archive, Done, Job, JobKind, SerialExecutor
+from comparisons.solving.jobs import Archive, Job, JobKind
 from comparisons.solving.planning import plan_scene
 
 CALLS: list[int] = []
@@ -67,23 +67,6 @@ def test_counts_grow_with_what_is_asked_and_the_rest_is_known_by_like_jobs():
 
 def test_inquiries_in_step_answer_in_order_whoever_is_done_first():
     assert answer_of(together([squares(1, 2, 3), squares(), squares(4)])) == [14, 0, 16]
-
-
-def test_a_lost_job_ends_its_own_inquiry_only():
-    class Losing(SerialExecutor):
-        def finished(self):
-            for done in super().finished():
-                yield Done(done.job, lost="killed") if done.value == 9 else done
-
-    def careful(number):
-        done = yield [job(number)]
-        if done[f"square-{number}"].lost:
-            raise LostWorkError(done[f"square-{number}"].lost)
-        return number
-
-    inquiries = Inquiries(Losing())
-    assert asked(inquiries, bad=careful(3), good=careful(4)) == {"good": 4}
-    assert inquiries.lost == {"bad": "killed"}
 
 
 def test_a_folder_answers_again_unless_it_is_torn_not_final_or_a_run_anew(tmp_path):

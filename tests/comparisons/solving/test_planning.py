@@ -330,25 +330,6 @@ def test_length_and_points_of_a_line_are_what_the_options_say(rough):
     assert execute(task_of(plan, "reduced", 64), 1).unknowns == 384
 
 
-@pytest.mark.parametrize("method", ["reduced", "bem_fft"])
-def test_streams_do_not_depend_on_the_blocks(rough, method):
-    made = rough(realisations=30, points=8)
-    (plan, *_) = plan_scene(made)
-    blocks = [[tuple(range(25)), tuple(range(25, 30))], [(k,) for k in range(30)]]
-    together, singly = (
-        np.concatenate(
-            [
-                execute(task_of(plan, method, 16, block), 1).quantities["penetration"]
-                for block in dealt
-            ]
-        )
-        for dealt in blocks
-    )
-    assert together.shape == (30, 2)
-    assert len(np.unique(together[:, 1])) == 30
-    np.testing.assert_array_equal(together, singly)
-
-
 def test_a_nominal_pressure_is_a_force_on_the_apparent_area(rough, scene):
     """On a rough surface, a map and a flat face; a ball has no such area."""
     (plan, *_) = plan_scene(rough(loading={"pressure": ["1 MPa", "2 MPa"]}))
