@@ -516,30 +516,11 @@ def test_classes_and_functions_are_found_and_imported_ones_are_not(tmp_path):
     ]
 
 
-def test_a_method_of_ones_own_has_its_verdict_beside_the_reduced_model(capsys, tmp_path):
-    """The springs carry 3 pi/4 times the force of Hertz: outside, by 136 %.
+def test_where_a_method_has_no_answer_is_told_with_each_of_its_verdicts(capsys, tmp_path):
+    """Hertz at light loads, nothing above: no bar is too wide, and no error is known there.
 
     Solved in this process: starting one of its own is tested above, and takes seconds.
     """
-    registry.add_class(external_work._method(f"file:{EXAMPLE}", "winkler"))
-    few = {"compare.methods": ["closed_form", "reduced", "winkler"]}
-    (plan,) = plan_scene(load_scene("paraboloid", few))
-    scene = record_scene(*solved_in_memory(plan, "quick"))
-    assert scene.judged_methods == ["reduced", "winkler"]
-    study = StudyRecord(**HEADER, scenes=(scene,))
-    print_study(study, [], verbose=True)
-    told = capsys.readouterr().out
-    (row,) = [line for line in told.splitlines() if "140\u202f%" in line and "outside 1" in line]
-    assert told.index("Winkler foundation") < told.index(row)
-    assert "outside 1\u202f%" in row
-    (row,) = [line for line in told.splitlines() if " no " in line and "140\u202f%" in line]
-    assert told.index("Winkler foundation\n") < told.index(row)
-    table = page(study, with_pictures=False).split('id="verdict-table"')[1].split("</table>")[0]
-    assert table.count("Winkler foundation</a>") == 1
-
-
-def test_where_a_method_has_no_answer_is_told_with_each_of_its_verdicts(tmp_path):
-    """Hertz at light loads, nothing above: no bar is too wide, and no error is known there."""
     (tmp_path / "shy.py").write_text(
         "from comparisons.methods import method\n"
         "@method('shy', title='Shy', resolutions=(1,))\n"
@@ -562,6 +543,8 @@ def test_where_a_method_has_no_answer_is_told_with_each_of_its_verdicts(tmp_path
     assert verdict_table([scene], "shy").rows[0][3].text == f"not resolved 1\u202f%, {reason}"
     assert summary_lines([scene]).rows[1][3].text == f"round-off, {reason}"
     study = StudyRecord(**HEADER, scenes=(scene,))
+    print_study(study, [])
+    assert capsys.readouterr().out.count("\nShy") == 2  # its verdicts, and a finding of its own
     whole = page(study, with_pictures=False)
     cells, why = (
         whole.split(f'id="{table}-table"')[1].split("</table>")[0]
