@@ -145,32 +145,25 @@ def test_relative_force_of_a_map(measured):
     np.testing.assert_allclose(loads.values, [0.01 * nominal, 0.05 * nominal], rtol=1e-12)
 
 
-def test_a_map_that_cannot_be_used_is_a_problem_of_the_scene(measured, scene):
+def test_a_map_that_cannot_be_used_is_a_problem_of_the_scene(measured):
     with pytest.raises(SceneError, match=r"surface.file: .*npy: the map is flat"):
         prepare(measured(np.zeros((8, 8))))
     for factor in (1e200, 1e-200):
         with pytest.raises(SceneError, match=r"surface.file: .*npy: heights over a range of "):
             prepare(measured(factor * smooth_map()))
-    holes = smooth_map()
-    holes[2, 2] = np.nan
-    with pytest.raises(SceneError, match=r"surface.file: .*npy: .*NaN"):
-        prepare(measured(holes))
-    with pytest.raises(SceneError, match=r"surface.file: nowhere.npy: no such file"):
-        prepare(scene(surface={"kind": "map", "file": "nowhere.npy", "size": 1}))
 
 
 def test_the_contact_is_estimated_from_the_last_load(scene):
-    """Hertz: a = sqrt(R d); the grid reaches the geometric overlap sqrt(2 R d), plus 5 % of d."""
+    """Hertz: a = sqrt(R d), F = (4/3) E* R^(1/2) d^(3/2).
+
+    The grid reaches the geometric overlap sqrt(2 R d), plus 5 % of d.
+    """
     geometry, loads = prepare(scene())
     assert loads.values.tolist() == [1e-6, 2e-6, 4e-6]
     assert geometry.penetration == pytest.approx(4e-6, rel=1e-9)
     assert geometry.contact_radius == pytest.approx(np.sqrt(0.01 * 4e-6), rel=1e-9)
     half = np.sqrt(2 * 0.01 * 1.05 * 4e-6)
     assert geometry.reach == pytest.approx((half, half), rel=1e-9)
-
-
-def test_a_force_gives_the_same_estimate_as_its_penetration(scene):
-    """F = (4/3) E* R^(1/2) d^(3/2)."""
     force = 4 / 3 * scene().effective_modulus * np.sqrt(0.01) * 4e-6**1.5
     geometry, _ = prepare(scene(loading={"force": [force]}))
     assert geometry.penetration == pytest.approx(4e-6, rel=1e-9)

@@ -82,13 +82,6 @@ def test_other_differences_have_a_factor_of_the_last_one(grids, values, bar):
     assert bars == pytest.approx(np.atleast_1d(bar), rel=1e-12, nan_ok=True)
 
 
-def test_slow_convergence_is_covered_by_half_an_order_and_the_unsafe_factor():
-    """Errors n^-0.3, 0.33 of 1 at the finest: factor |f3 - f2| / (sqrt 2 - 1) is above it."""
-    bar = grid_uncertainty(N, column(*(1 + np.asarray(N, float) ** -0.3)))
-    finest = 1 + float(N[-1]) ** -0.3
-    assert bar[0] >= (finest - 1) / finest
-
-
 values = st.floats(1e-6, 1e6) | st.floats(-1e6, -1e-6)
 
 

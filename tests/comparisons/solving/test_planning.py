@@ -18,8 +18,7 @@ from comparisons.solving.planning import plan_scene
 
 def planned(scene, method, effort="quick"):
     (plan, *_) = plan_scene(scene, effort)
-    (only,) = [item for item in plan.methods if item.method == method]
-    return only
+    return next(item for item in plan.methods if item.method == method)
 
 
 @pytest.fixture
@@ -253,6 +252,8 @@ def test_first_surfaces_are_whole_tasks_that_cover_them_once(rough):
     (plan, *_) = plan_scene(rough(realisations=1000))
     (grid,) = (method for method in plan.methods if method.method == "bem_fft")
     assert grid.numbers == (50, 25, 25)
+    bodies = [task.with_body for task in plan.tasks_at("bem_fft", 16, with_body=True)]
+    assert bodies == [True, False]  # of the first surface alone
     for resolution, number in zip(grid.resolutions, grid.numbers, strict=True):
         blocks = [task.realisations for task in plan.tasks_at("bem_fft", resolution)]
         assert [k for block in blocks for k in block] == list(range(number))
@@ -260,17 +261,6 @@ def test_first_surfaces_are_whole_tasks_that_cover_them_once(rough):
     (few, *_) = plan_scene(rough(realisations=30))
     tasks = few.tasks_at("bem_fft", grid.resolutions[0])
     assert [len(task.realisations) for task in tasks] == [25, 5]
-
-
-def test_the_tasks_of_a_setting_are_its_blocks_and_the_first_has_the_body(rough):
-    (plan, *_) = plan_scene(rough(realisations=1000))
-    for with_body in (False, True):
-        tasks = plan.tasks_at("bem_fft", 16, with_body=with_body)
-        solved = [realisation for task in tasks for realisation in task.realisations]
-        assert solved == list(range(plan.number("bem_fft", 16)))
-        assert {(task.method, task.resolution) for task in tasks} == {("bem_fft", 16)}
-        assert [task.with_body for task in tasks] == [with_body] + [False] * (len(tasks) - 1)
-    assert len(tasks) > 1
 
 
 def test_lines_are_as_many_as_one_task_holds_whatever_the_surfaces(rough, map_scene):
