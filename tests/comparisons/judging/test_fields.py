@@ -129,27 +129,6 @@ def test_a_coarse_solution_is_held_against_means_over_its_cells(square):
         assert own == pytest.approx(bar, abs=1e-12)
 
 
-@pytest.mark.parametrize("periodic", [True, False])
-def test_a_finer_grid_presses_the_same_places(rough, periodic):
-    """Pressures of 32 and 64 points a side, averaged over the cells of 16, differ by 2 to 3 %.
-
-    A quarter of a cell of displacement between the grids would make it 9 to 12 %.
-    """
-    surface = {"points": 16, "short_cutoff": "0.25 um", "periodic": periodic, "seed": 1}
-    made = rough(
-        **surface,
-        loading={"force": {"values": [0.1], "relative_to": "E* A0 h'"}},
-        compare={"quantities": ["pressure"], "methods": ["bem_fft"]},
-    )
-    (plan,) = plan_scene(made)
-    fields = [execute(task_of(plan, "bem_fft", n), 1).fields["pressure"] for n in (32, 64)]
-    coarse, fine = (
-        p.reshape(16, n // 16, 16, n // 16).mean(axis=(1, 3))
-        for p, n in zip(fields, (32, 64), strict=True)
-    )
-    assert np.linalg.norm(fine - coarse) < 0.04 * np.linalg.norm(fine)
-
-
 def test_pressures_that_were_not_asked_for_or_not_found_are_not_compared(square):
     x, y, weight = cells(10)
     truth = solution(square, (x, y, weight), np.ones(100), shape=(10, 10))
