@@ -8,8 +8,6 @@ from comparisons.judging.truth import truths
 from comparisons.methods.normal.reduced import line_spectrum
 from comparisons.methods.registry import solver_for
 from comparisons.scene.scene import SceneError, load_scene
-from comparisons.solving.execution import execute
-from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 from reference.contact.press import press
 from reference.halfspace import PeriodicOperator
@@ -216,7 +214,7 @@ def waves(points):
     return 5e-9 * (np.cos(x)[:, None] + np.cos(x))
 
 
-def truth(make, folder, heights, forces=FORCES):
+def truth(make, solved, folder, heights):
     """Return what a comparison takes for true, from the map's own points and two finer grids."""
     np.save(folder / "map.npy", heights)
     table = {"kind": "map", "file": "map.npy", "size": SIDE, "height_unit": "m", "periodic": True}
@@ -224,14 +222,11 @@ def truth(make, folder, heights, forces=FORCES):
         folder,
         surface=table | {"detrend": "none"},
         half_space={"effective_modulus": MODULUS},
-        loading={"force": list(forces)},
+        loading={"force": list(FORCES)},
     )
     (plan, *_) = plan_scene(made)
-    solved = {
-        ("bem_fft", n): execute(task_of(plan, "bem_fft", n), 1)
-        for n in solver_for("bem_fft", made).resolutions(plan.geometry)
-    }
-    (reference,) = truths(solved, plan.loads.axis)
+    levels = solver_for("bem_fft", made).resolutions(plan.geometry)
+    (reference,) = truths({("bem_fft", n): solved(made, "bem_fft", n) for n in levels}, "force")
     return reference
 
 
@@ -243,13 +238,13 @@ def sampled(points, force):
     return {"penetration": contact.penetration, "contact_area": located_area(contact)}
 
 
-def test_the_bar_of_crossed_cosines_holds_their_direct_sampling(scene, tmp_path):
+def test_the_bar_of_crossed_cosines_holds_their_direct_sampling(scene, solved, tmp_path):
     """32 x 32 points, of which finer grids are made, against 512 x 512 of the function itself.
 
     1.1946 nm at 10 uN, to 0.05 %: the grids of 128 and 512 differ by a quarter of it. Where the
     period is cut: tests/comparisons/methods/test_map_symmetries.py.
     """
-    reference = truth(scene, tmp_path, waves(32))
+    reference = truth(scene, solved, tmp_path, waves(32))
     assert reference.curves["penetration"][1] == pytest.approx(1.1946e-9, rel=5e-4)
     for step, force in enumerate(FORCES):
         for name, value in sampled(512, force).items():
@@ -313,7 +308,7 @@ def test_faces_of_the_same_seed_are_no_copies():
 
 
 @pytest.mark.parametrize("method", ["bem_fft", "bem_dense", "fem"])
-def test_which_body_is_above_is_no_matter(method):
+def test_which_body_is_above_is_no_matter(curves, method):
     """Faces and moduli exchanged: the solvers see the same gap and E*, but for rounding."""
     answers = []
     for first, second, below, above in (
@@ -322,8 +317,7 @@ def test_which_body_is_above_is_no_matter(method):
     ):
         quantities = {"quantities": ["penetration", "contact_area", "mean_gap"]}
         scene = made(first, second, half_space=below, counter_body=above, compare=quantities)
-        (plan,) = plan_scene(scene)
-        answers.append(execute(task_of(plan, method, 16), 1).quantities)
+        answers.append(curves(scene, method, 16))
     for name in ("penetration", "contact_area", "mean_gap"):
         np.testing.assert_allclose(answers[0][name], answers[1][name], rtol=1e-6)
 

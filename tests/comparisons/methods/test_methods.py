@@ -108,22 +108,18 @@ def test_every_method_has_the_pressure_of_hertz(method, tolerance):
 
 
 @pytest.mark.parametrize("method", ["closed_form", "reduced", "bem_dense", "bem_fft", "fem"])
-def test_under_force_control_the_penetration_comes_back(scene, method):
+def test_under_force_control_the_penetration_comes_back(scene, curves, method):
     """Pressing by the force of a penetration gives that penetration: both controls are one law.
 
     To the residual of iterative solvers (1e-8 of the force, two thirds of it in d), and for FEM,
     whose mesh follows the contact, to a tenth of what it promises against Hertz.
     """
-    first = plan_scene(scene())[0]
-    level = LEVELS[method]
-    there = execute(task_of(first, method, level), 1).quantities
-    forces = there["force"][0]
-    second = plan_scene(scene(loading={"force": forces.tolist()}))[0]
-    back = execute(task_of(second, method, level), 1).quantities
-    np.testing.assert_allclose(back["force"][0], forces, rtol=1e-12)
+    forces = curves(scene(), method, LEVELS[method])["force"]
+    back = curves(scene(loading={"force": forces.tolist()}), method, LEVELS[method])
+    np.testing.assert_allclose(back["force"], forces, rtol=1e-12)
     # Force control sizes its grid by the reduced model's penetration, the same to 1e-3.
     tolerance = {"closed_form": 1e-12, "reduced": 1e-10}.get(method, 2e-3)
-    np.testing.assert_allclose(back["penetration"][0], [1e-6, 2e-6, 4e-6], rtol=tolerance)
+    np.testing.assert_allclose(back["penetration"], [1e-6, 2e-6, 4e-6], rtol=tolerance)
 
 
 AXISYMMETRIC = ["paraboloid", "sphere", "cone", "power-law-3", "power-law-4"]

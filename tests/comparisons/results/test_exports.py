@@ -17,8 +17,6 @@ from comparisons.results.measured import fit_modulus, modulus_fits, modulus_sent
 from comparisons.results.scene_record import record_scene
 from comparisons.results.store import MEASURES, TO_TAKE, measures, write_fields
 from comparisons.scene.scene import load_scene
-from comparisons.solving.execution import execute
-from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_all, plan_scene
 from reports.plots.curves import measured
 
@@ -80,9 +78,9 @@ def test_a_method_without_an_answer_has_its_reason_beside_its_verdict(tmp_path, 
 COMPARABLE = {"quantities": ["force", "pressure"]}
 
 
-def test_the_pressure_of_a_grid_is_a_surface_of_quads(rough, tmp_path):
-    (plan,) = plan_scene(rough(points=[16, 12], size=["4 um", "3 um"], compare=COMPARABLE))
-    fields = execute(task_of(plan, "bem_fft", 16)).fields
+def test_the_pressure_of_a_grid_is_a_surface_of_quads(rough, solved, tmp_path):
+    patch = rough(points=[16, 12], size=["4 um", "3 um"], compare=COMPARABLE)
+    fields = solved(patch, "bem_fft", 16).fields
     path = tmp_path / "out" / "contact.vtu"
     assert write_fields(path, fields)
     mesh = meshio.read(path)
@@ -100,10 +98,9 @@ def test_the_pressure_of_a_grid_is_a_surface_of_quads(rough, tmp_path):
     assert [p.name for p in path.parent.iterdir()] == ["contact.vtu"]
 
 
-def test_the_body_of_finite_elements_is_one_of_hexahedra(scene, tmp_path):
+def test_the_body_of_finite_elements_is_one_of_hexahedra(scene, solved, tmp_path):
     """Its displacement is deepest under the ball, by the penetration, and von Mises positive."""
-    (plan,) = plan_scene(scene(compare=COMPARABLE | {"resolutions": [2]}))
-    fields = execute(task_of(plan, "fem", 2, with_body=True)).fields
+    fields = solved(scene(compare=COMPARABLE), "fem", 2, with_body=True).fields
     path = tmp_path / "body.vtu"
     assert write_fields(path, fields)
     mesh = meshio.read(path)

@@ -10,7 +10,6 @@ from comparisons import formatting as fmt
 from comparisons.geometry.prepare import RoughGeometry
 from comparisons.methods.registry import concerned, planned_solver, solver_for
 from comparisons.scene.scene import SceneError, load_scene
-from comparisons.solving.execution import execute
 from comparisons.solving.map_scenes import PATCH_POINTS, typical_window
 from comparisons.solving.plan import QUICK_REALISATIONS, task_of
 from comparisons.solving.planning import plan_scene
@@ -212,13 +211,11 @@ def test_means_at_equal_gap_are_said_to_be_that(rough):
     assert not any("at equal mean gap" in note for note in plan.notes)
 
 
-def test_pressures_are_computed_only_if_asked_for(scene):
+@pytest.mark.parametrize("method", ["closed_form", "reduced", "bem_dense", "bem_fft"])
+def test_pressures_are_computed_only_if_asked_for(scene, solved, method):
     for quantities, present in ((["force"], False), (["force", "pressure"], True)):
-        (plan,) = plan_scene(scene(compare={"quantities": quantities, "resolutions": [4]}))
-        for method in ("closed_form", "reduced", "bem_dense", "bem_fft"):
-            level = 1 if method == "closed_form" else 4
-            fields = execute(task_of(plan, method, level)).fields
-            assert ("pressure" in fields) == present
+        made = scene(compare={"quantities": quantities})
+        assert ("pressure" in solved(made, method, 4).fields) == present
 
 
 def test_notes_on_the_half_space_and_on_realisations(rough):
@@ -309,15 +306,13 @@ def test_a_changed_map_is_another_task(map_scene, tmp_path):
     assert not set(after) & set(before)
 
 
-def test_length_and_points_of_a_line_are_what_the_options_say(rough):
+def test_length_and_points_of_a_line_are_what_the_options_say(rough, solved):
     """Points of the line, not per side; without them, two for each of the surface's points."""
     line = {"line_length": 3.0, "line_points": 900}
-    (plan,) = plan_scene(rough(methods={"reduced": line}))
-    (level,) = planned(plan.scene, "reduced").resolutions
-    assert level == 150
-    assert execute(task_of(plan, "reduced", level), 1).unknowns == 900
-    (plan,) = plan_scene(rough(methods={"reduced": {"line_length": 3.0}}))
-    assert execute(task_of(plan, "reduced", 64), 1).unknowns == 384
+    made = rough(methods={"reduced": line})
+    assert planned(made, "reduced").resolutions == (150,)
+    assert solved(made, "reduced", 150).unknowns == 900
+    assert solved(rough(methods={"reduced": {"line_length": 3.0}}), "reduced", 64).unknowns == 384
 
 
 def test_a_nominal_pressure_is_a_force_on_the_apparent_area(rough, scene):

@@ -26,12 +26,6 @@ def scene(half_space=None, **tables):
     return load_scene(chosen | tables)
 
 
-def solved(made, method, resolution, quantities=("force", "contact_area", "penetration")):
-    geometry, loads = prepare(made)
-    task = Task(made, geometry, loads, method, resolution, quantities=frozenset(quantities))
-    return solver_for(method, made).solve(task).quantities
-
-
 def test_units_and_digests_know_the_layers():
     made = scene({"layers": [COATING], "thickness": "1 mm"})
     body = elastic_body(made)
@@ -43,27 +37,26 @@ def test_units_and_digests_know_the_layers():
     assert (graded.exponent, graded.depth) == (0.5, 1e-3)
 
 
-def test_readings_of_layers():
+def test_readings_of_layers(curves):
     """The printed one is blind to the coating; the effective one goes from one E* to the other."""
     made = scene({"layers": [COATING]})
-    plain = solved(scene(), "reduced", 40)["force"]
+    plain = curves(scene(), "reduced", 40)["force"]
     reading = {"substrate": plain, "layer": plain * (400 / (1 - 0.04)) / (70 / (1 - 0.09))}
     for name, force in reading.items():
         chosen = load_scene(made, {"methods.reduced.layers": name})
-        np.testing.assert_allclose(solved(chosen, "reduced", 40)["force"], force, rtol=1e-12)
+        np.testing.assert_allclose(curves(chosen, "reduced", 40)["force"], force, rtol=1e-12)
     effective = load_scene(made, {"methods.reduced.layers": "effective"})
-    force = solved(effective, "reduced", 40)["force"]
+    force = curves(effective, "reduced", 40)["force"]
     assert (reading["substrate"] < force).all()
     assert (force < reading["layer"]).all()
     tables = made.model_dump(exclude_none=True, exclude_defaults=True, exclude={"loading"})
-    tables |= {"loading": {"force": force[0].tolist()}}
+    tables |= {"loading": {"force": force.tolist()}}
     by_force = load_scene(tables, {"methods.reduced.layers": "effective"})
-    np.testing.assert_allclose(
-        solved(by_force, "reduced", 40)["penetration"], [[100e-9, 200e-9]], rtol=1e-10
-    )
+    depth = curves(by_force, "reduced", 40)["penetration"]
+    np.testing.assert_allclose(depth, [100e-9, 200e-9], rtol=1e-10)
 
 
-def test_rough_surfaces_on_layers():
+def test_rough_surfaces_on_layers(curves):
     """A period on a stiff base sinks by the mean pressure; layers of one material are none."""
     surface = {
         "kind": "self_affine",
@@ -77,14 +70,14 @@ def test_rough_surfaces_on_layers():
     same = {"thickness": "0.1 um", "youngs_modulus": "70 GPa", "poisson_ratio": 0.3}
     for periodic in (False, True):
         tables = {"surface": surface | {"periodic": periodic}, "loading": loading}
-        plain = solved(scene(**tables), "bem_fft", 32)
-        layered = solved(scene({"layers": [same]}, **tables), "bem_fft", 32)
-        elements = solved(scene({"layers": [same]}, **tables), "fem", 32)
+        plain = curves(scene(**tables), "bem_fft", 32)
+        layered = curves(scene({"layers": [same]}, **tables), "bem_fft", 32)
+        elements = curves(scene({"layers": [same]}, **tables), "fem", 32)
         for name in ("force", "contact_area", "penetration"):
             np.testing.assert_allclose(layered[name], plain[name], rtol=1e-6)
             # the same 32 points, of which the shortest wave has two
             np.testing.assert_allclose(elements[name], plain[name], rtol=5e-2)
-        thin = solved(scene({"thickness": "0.1 um"}, **tables), "bem_fft", 32)
+        thin = curves(scene({"thickness": "0.1 um"}, **tables), "bem_fft", 32)
         if not periodic:
             assert (thin["penetration"] < plain["penetration"]).all()
     assert isinstance(elastic_body(scene({"layers": [same]})), Stack)
@@ -98,32 +91,30 @@ def test_code_is_warmed_up_on_cells_of_the_scene(monkeypatch):
     assert execute(task).converged.all()  # of a warm-up that fails all loads are lost
 
 
-def test_elements_may_end_on_a_half_space_and_say_so():
+def test_elements_may_end_on_a_half_space_and_say_so(curves):
     """The mesh ends eight cells down."""
     ended = {"methods": {"fem": {"bottom": "impedance"}}}
-    answers = [solved(scene({"layers": [COATING]}, **end), "fem", 8) for end in ({}, ended)]
+    answers = [curves(scene({"layers": [COATING]}, **end), "fem", 8) for end in ({}, ended)]
     np.testing.assert_allclose(answers[1]["force"], answers[0]["force"], rtol=1e-4)
     solver = solver_for("fem", scene({"layers": [COATING]}, **ended))
     assert "theory shared with bem_fft" in solver.model(prepare(solver.scene)[0])
 
 
 @pytest.mark.parametrize("name", ["coated-ball", "layer-on-base", "graded-ball"])
-def test_closed_forms_of_layers_and_powers_of_the_depth_are_what_the_grid_approaches(name):
+def test_closed_forms_of_layers_and_powers_of_the_depth_are_what_the_grid_approaches(curves, name):
     """32 cells per radius at the largest load, half as many at the smallest."""
-    exact, grid = (
-        solved(load_scene(name), method, resolution, ("force", "contact_area", "stiffness"))
-        for method, resolution in (("closed_form", 1), ("bem_fft", 32))
-    )
+    exact, grid = curves(name, "closed_form"), curves(name, "bem_fft", 32)
     np.testing.assert_allclose(grid["force"], exact["force"], rtol=3e-3)
     np.testing.assert_allclose(grid["contact_area"], exact["contact_area"], rtol=2e-2)
 
 
-def test_flat_circle_on_a_graded_half_space_is_a_limit_of_powers():
+def test_flat_circle_on_a_graded_half_space_is_a_limit_of_powers(curves):
     face = {"shape": "cylinder", "radius": "3 um"}
     graded = {"grading": {"exponent": 0.4, "depth": "2 um"}}
     made = scene(graded, indenter=face)
-    exact, springs = solved(made, "closed_form", 1), solved(made, "reduced", 40)
-    np.testing.assert_allclose(springs["force"], exact["force"], rtol=1e-9)
+    exact = curves(made, "closed_form", 1, "energy")
+    springs = curves(made, "reduced", 40)["force"]
+    np.testing.assert_allclose(springs, exact["force"], rtol=1e-9)
     np.testing.assert_allclose(exact["energy"], exact["force"] * exact["penetration"] / 2)
 
 

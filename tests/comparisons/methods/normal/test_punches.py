@@ -10,8 +10,6 @@ from comparisons.judging.truth import choose_truth
 from comparisons.results.scene_record import record_scene
 from comparisons.scene.polygons import area_fractions, offset_outline, signed_area
 from comparisons.scene.scene import load_scene
-from comparisons.solving.execution import execute
-from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 from reference.halfspace import FreeOperator
 from reference.halfspace.punches import EDGE_OFFSET, SMOOTH_SCATTER, respond
@@ -32,11 +30,11 @@ SHAPES = {
 }
 
 
-def plan_of(shape: dict, other="stiffness", **loading):
+def punch(shape: dict, other="stiffness", **loading):
     tables = {"half_space": {"effective_modulus": 1.0}, "indenter": shape}
     tables |= {"loading": loading or {"penetration": [1e-4, 1e-3]}}
     tables |= {"compare": {"quantities": ["force", other]}}
-    return plan_scene(load_scene("square-punch", tables))[0]
+    return load_scene("square-punch", tables)
 
 
 def rotated(corners, angle: float) -> list[list[float]]:
@@ -86,22 +84,19 @@ def test_an_offset_adds_the_strip_along_the_outline():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SHAPES)
-def test_stiffness_is_known_to_half_a_per_mille_and_the_bar_holds(name):
+def test_stiffness_is_known_to_half_a_per_mille_and_the_bar_holds(solved, planned, name):
     """The plan's own resolutions: the truth's bar covers the known value, and is below 0.05 %."""
     shape, exact = SHAPES[name]
-    plan = plan_of(shape)
-    (planned,) = [method for method in plan.methods if method.method == "bem_fft"]
-    solved = {
-        ("bem_fft", level): execute(task_of(plan, "bem_fft", level), 1)
-        for level in planned.resolutions
-    }
-    reference = choose_truth(solved, plan.loads.axis, ("stiffness",))
+    scene = punch(shape)
+    levels = planned(scene)["bem_fft"].resolutions
+    grids = {("bem_fft", level): solved(scene, "bem_fft", level) for level in levels}
+    reference = choose_truth(grids, "penetration", ("stiffness",))
     assert reference is not None
     value, bar = reference.curves["stiffness"][-1], reference.bar("stiffness")[-1]
     assert abs(value / exact - 1) < 2e-4
     assert abs(value / exact - 1) < bar < 5e-4
     # Halving N leaves the error in proportion: no worse than first order in the cell.
-    middle = solved["bem_fft", planned.resolutions[-2]].quantities["stiffness"][0, 0]
+    middle = grids["bem_fft", levels[-2]].quantities["stiffness"][0, 0]
     assert abs(middle / exact - 1) < 4e-4
 
 
@@ -127,27 +122,25 @@ def test_ellipses_err_by_their_own_smaller_scatter():
 
 @pytest.mark.parametrize("angle", [0.2, np.pi / 4, 1.3])
 @pytest.mark.parametrize(("corners", "exact"), [(TRIANGLE, 0.788123), (ANGLE, 1.035581)])
-def test_stiffness_does_not_depend_on_the_angle_to_the_grid(corners, exact, angle):
-    plan = plan_of({"shape": "polygon_punch", "vertices": rotated(corners, angle)})
-    result = execute(task_of(plan, "bem_fft", 64), 1).quantities["stiffness"][0, 0]
-    assert result == pytest.approx(exact, rel=4e-4)
+def test_stiffness_does_not_depend_on_the_angle_to_the_grid(curves, corners, exact, angle):
+    turned = punch({"shape": "polygon_punch", "vertices": rotated(corners, angle)})
+    assert curves(turned, "bem_fft", 64)["stiffness"][0] == pytest.approx(exact, rel=4e-4)
 
 
-def test_either_control_gives_the_same_line():
+def test_either_control_gives_the_same_line(curves):
     shape, exact = SHAPES["square"]
-    by_depth = execute(task_of(plan_of(shape), "bem_fft", 16), 1).quantities
-    plan = plan_of(shape, force=by_depth["force"][0].tolist())
-    by_force = execute(task_of(plan, "bem_fft", 16), 1).quantities
+    by_depth = curves(punch(shape), "bem_fft", 16)
+    by_force = curves(punch(shape, force=by_depth["force"].tolist()), "bem_fft", 16)
     np.testing.assert_allclose(by_force["penetration"], by_depth["penetration"], rtol=1e-12)
     np.testing.assert_allclose(by_depth["energy"], by_depth["force"] * by_depth["penetration"] / 2)
     np.testing.assert_allclose(by_depth["contact_area"], 1.0)
-    assert by_depth["stiffness"][0, 0] == pytest.approx(exact, rel=2e-3)
+    assert by_depth["stiffness"][0] == pytest.approx(exact, rel=2e-3)
 
 
-def test_pressure_carries_the_force_and_is_right_inside():
+def test_pressure_carries_the_force_and_is_right_inside(solved):
     """Johnson 1985, 3.34: p = F/(2 pi a sqrt(a^2 - r^2)), 2 % up to r = 0.9 a at 32 cells."""
-    plan = plan_of(SHAPES["disc"][0], "pressure")
-    solution = execute(task_of(plan, "bem_fft", 32), 1)
+    disc = punch(SHAPES["disc"][0], "pressure")
+    solution = solved(disc, "bem_fft", 32)
     fields, force = solution.fields, solution.quantities["force"][0, -1]
     assert (fields["pressure"] * fields["pressure_weight"]).sum() == pytest.approx(force, rel=1e-12)
     r = np.hypot(fields["pressure_x"], fields["pressure_y"])
@@ -155,4 +148,5 @@ def test_pressure_carries_the_force_and_is_right_inside():
     exact = force / (2 * np.pi * np.sqrt(1 - r[inside] ** 2))
     np.testing.assert_allclose(fields["pressure"][inside], exact, rtol=0.02)
     assert np.abs(fields["gap"][inside]).max() < 1e-8 * 1e-3
+    (plan,) = plan_scene(disc)
     assert record_scene(plan, {("bem_fft", 32): solution}).reference.method == "bem_fft"
