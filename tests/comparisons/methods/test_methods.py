@@ -344,22 +344,9 @@ def test_a_field_of_a_screen_is_stored_as_it_is():
     assert blocks.block_means(values, blocks.blocks_of(values.shape)) is values
 
 
-@pytest.fixture
-def solve(scene):
-    """Return a solver of the ball on steel under other loads, or of another shape."""
-
-    def run(method, resolution, loading, **indenter):
-        tables = {"indenter": indenter} if indenter else {}
-        made = scene(loading=loading, **tables)
-        plan = plan_scene(made)[0]
-        return plan, execute(task_of(plan, method, resolution))
-
-    return run
-
-
 @pytest.mark.parametrize("control", ["penetration", "force"])
 @pytest.mark.parametrize("method", ["closed_form", "reduced", "bem_fft", "fem"])
-def test_an_absurd_load_costs_its_own_step_only(solve, method, control):
+def test_an_absurd_load_costs_its_own_step_only(scene, solved, method, control):
     """The other two steps are those of a scene without it, and nothing is warned of.
 
     Under force the iterative solvers stop at a tolerance of 1e-8 or 1e-9.
@@ -368,21 +355,22 @@ def test_an_absurd_load_costs_its_own_step_only(solve, method, control):
     loads = [1e-6, 2e-6] if control == "penetration" else [1.0, 2.0]
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        plan, usual = solve(method, resolution, {control: loads})
-        _, solution = solve(method, resolution, {control: [*loads, 1e300]})
+        usual = solved(scene(loading={control: loads}), method, resolution)
+        absurd = scene(loading={control: [*loads, 1e300]})
+        solution = solved(absurd, method, resolution, lost=True)
     for name, values in usual.quantities.items():
         np.testing.assert_allclose(solution.quantities[name][0, :2], values[0], rtol=1e-7)
     assert solution.converged[0, :2].all()
     if (method, control) == ("bem_fft", "force"):
         # It forms no energy, and d = (9 F^2 / (16 R E*^2))^(1/3) = 4e196 m it can represent.
-        exact = (3 * 1e300 / 4 / plan.scene.effective_modulus) ** (2 / 3) / 10e-3 ** (1 / 3)
+        exact = (3 * 1e300 / 4 / absurd.effective_modulus) ** (2 / 3) / 10e-3 ** (1 / 3)
         np.testing.assert_allclose(solution.quantities["penetration"][0, 2], exact, rtol=1e-3)
         return
     assert set(solution.reasons) == {(0, 2)}
     assert all(math.isnan(values[0, 2]) for values in solution.quantities.values())
 
 
-def test_a_method_that_raises_at_deep_loads_keeps_the_others(solve, monkeypatch):
+def test_a_method_that_raises_at_deep_loads_keeps_the_others(scene, solved, monkeypatch):
     class Shallow(ReducedProfile):
         def solve(self, task):
             if task.loads.values[-1] > 5e-6:
@@ -390,24 +378,24 @@ def test_a_method_that_raises_at_deep_loads_keeps_the_others(solve, monkeypatch)
             return super().solve(task)
 
     monkeypatch.setitem(SOLVERS, "reduced", (Shallow,))
-    _, solution = solve("reduced", 10, {"penetration": [1e-6, 2e-6, 3e-6, 4e-6, 5e-6, 6e-6]})
+    deeper = scene(loading={"penetration": [1e-6, 2e-6, 3e-6, 4e-6, 5e-6, 6e-6]})
+    solution = solved(deeper, "reduced", 10, lost=True)
     assert solution.converged.tolist() == [[True] * 5 + [False]]
     assert "too deep for me" in solution.reasons[0, 5]
 
 
-def test_a_derived_quantity_that_raises_is_named_with_its_function(solve, monkeypatch):
+def test_a_derived_quantity_that_raises_is_named_with_its_function(scene, solved, monkeypatch):
     """Solves say themselves why they have no answer; what is derived from one has no such words."""
 
     def derived(*_, **__):
         raise ConvergenceError("not reached")
 
     monkeypatch.setattr(runner, "derived", derived)
-    _, solution = solve("reduced", 20, {"penetration": [1e-6]})
-    (reason,) = solution.reasons.values()
+    (reason,) = set(solved(scene(), "reduced", 20, lost=True).reasons.values())
     assert "ConvergenceError: not reached (in derived)" in reason
 
 
-def test_a_method_that_always_raises_is_not_asked_for_every_load(solve, monkeypatch):
+def test_a_method_that_always_raises_is_not_asked_for_every_load(scene, solved, monkeypatch):
     """Halves of halves down to the smallest load: log2 of the number of loads, not their number."""
     calls = []
 
@@ -418,7 +406,7 @@ def test_a_method_that_always_raises_is_not_asked_for_every_load(solve, monkeypa
 
     monkeypatch.setitem(SOLVERS, "reduced", (Broken,))
     loads = {"from": 1e-6, "to": 2e-6, "steps": 64}
-    _, solution = solve("reduced", 10, {"penetration": loads})
+    solution = solved(scene(loading={"penetration": loads}), "reduced", 10, lost=True)
     assert not solution.converged.any()
     assert calls == [64, 32, 16, 8, 4, 2, 1]
 

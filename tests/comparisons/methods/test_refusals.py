@@ -17,9 +17,6 @@ from comparisons.questions.claims.claim import load_claims, scene_of
 from comparisons.scene.indenters.indenter import Indenter
 from comparisons.scene.options import MethodOptions
 from comparisons.scene.scene import SceneError, load_scene
-from comparisons.solving.execution import execute
-from comparisons.solving.plan import task_of
-from comparisons.solving.planning import plan_scene
 
 CONE = {"indenter": {"shape": "cone", "slope": 0.1}}
 FLAT = {"indenter": {"shape": "cylinder", "radius": "1 mm"}}
@@ -263,12 +260,11 @@ SPEED = 5e-4  # m/s, of the film: within its fit; 1e-2 is beyond
     ],
 )
 def test_a_load_beyond_the_range_of_a_method_costs_that_load_alone(
-    source, method, quantity, inside, beside
+    solved, source, method, quantity, inside, beside
 ):
     """The others have the answers that they have without it."""
     known, both = (
-        execute(task_of(plan_scene(load_scene(source, changes))[0], method, 1))
-        for changes in (inside, beside)
+        solved(load_scene(source, changes), method, lost=True) for changes in (inside, beside)
     )
     expected = [*known.quantities[quantity][0], np.nan]
     np.testing.assert_array_equal(both.quantities[quantity][0], expected)
