@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+import roughline
 from comparisons.judging.metrics import relative_error
 from comparisons.judging.uncertainty import grid_uncertainty
 from comparisons.methods import NoAnswerError, Row, Solver, Step, needed
@@ -88,8 +89,7 @@ def test_a_solver_takes_exactly_the_scenes_of_its_physics(scene):
 
 @pytest.mark.usefixtures("sheared")
 def test_errors_along_a_path_are_relative_to_its_largest_value(scene):
-    (plan,) = plan_scene(scene(loading=LOOP, **FRICTION))
-    result = record_scene(plan, solved_in_memory(plan, "quick")[1])
+    result = roughline.compare(scene(loading=LOOP, **FRICTION)).record
     rows = result.setting_rows("reduced", 10)
     load = rows["tangential_force"]
     expected = 0.001 * load / 4.0
@@ -125,8 +125,7 @@ def test_an_error_of_small_loads_that_the_largest_value_hides_is_told(
     monkeypatch.setattr(Sheared, "steps", shifted)
     loading = {"force": "10 N", "tangential_force": [force, 4.0]}
     asked = {"quantities": ["tangential_displacement"], "tolerance": tolerance}
-    (plan,) = plan_scene(scene(loading=loading, compare=asked, **FRICTION))
-    result = record_scene(plan, solved_in_memory(plan, "quick")[1])
+    result = roughline.compare(scene(loading=loading, compare=asked, **FRICTION)).record
     (verdict,) = (verdict for verdict in result.verdicts if verdict.resolution == 40)
     assert (verdict.word == "outside") == (tolerance < 0.005)
     assert ("its own" in verdict.when) == bool(hidden)
@@ -204,10 +203,9 @@ def test_sizes_along_a_path_leave_unknown_steps_unknown():
 )
 def test_a_step_at_which_all_answers_are_zero_is_right(creeps, name):
     """The other step is judged, and decides; both errors are beside it in the rows."""
-    asked = {"rolling": creeps, "compare.quantities": [name, "traction"]}
-    asked |= {"compare.methods": ["reduced", "bem_fft"], "compare.resolutions": [6, 9, 12]}
-    (plan,) = plan_scene(load_scene("rolling-ball", asked | {"compare.tolerance": 0.9}))
-    record = record_scene(plan, solved_in_memory(plan, "quick")[1])
+    ball = load_scene("rolling-ball", {"rolling": creeps, "compare.quantities": [name, "traction"]})
+    asked = {"resolutions": [6, 9, 12], "tolerance": 0.9}
+    record = roughline.compare(ball, "reduced", "bem_fft", **asked).record
     (verdict,) = (
         v for v in record.verdicts if (v.method, v.resolution, v.quantity) == ("reduced", 12, name)
     )

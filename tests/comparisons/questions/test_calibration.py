@@ -369,21 +369,6 @@ def test_few_changes_have_a_wider_bar_for_all_may_be_small_by_chance():
         assert bars == pytest.approx(t * share.factor * left * 0.1 / 1.1, rel=1e-3)
 
 
-@pytest.mark.parametrize("loads", [1, 5])
-def test_bars_of_rough_surfaces_hold_as_often_whether_many_loads_are_asked_or_one(loads):
-    """Errors of first order, independent on all grids and at all loads, as Student's t takes them.
-
-    Somewhat more than 95 % are held, for the change holds the finest grid's error, too. The share
-    of 4000 surfaces has a standard error of 0.3 %.
-    """
-    rng, grids, quantity = np.random.default_rng(7), np.array([32, 64]), ("stiffness", "free")
-    assert SHARES[quantity].order == 1
-    errors = 1e-4 * rng.normal(size=(4000, 2, loads)) * 64 / grids[:, None]
-    share = SHARES[quantity]._replace(factor=1.0)
-    bars = [share_uncertainty(grids, 1 + error, quantity, share)[0] for error in errors]
-    assert 0.94 < np.mean(np.abs(errors[:, -1, 0]) < bars) < 0.98
-
-
 def test_an_area_is_known_no_better_than_the_cells_at_its_contact_line():
     """Changes of 10 and 9 % and, beside them, cells 6 % too many: 0.5 of 0.06^1.5.
 

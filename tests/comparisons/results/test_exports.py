@@ -16,8 +16,7 @@ from comparisons.questions.study import solved_in_memory
 from comparisons.results.measured import fit_modulus, modulus_fits, modulus_sentence
 from comparisons.results.scene_record import record_scene
 from comparisons.results.store import MEASURES, TO_TAKE, measures, write_fields
-from comparisons.scene.scene import load_scene
-from comparisons.solving.planning import plan_all, plan_scene
+from comparisons.solving.planning import plan_all
 from reports.plots.curves import measured
 
 HERTZ = {
@@ -54,8 +53,7 @@ def test_a_row_is_a_load_and_a_column_a_method_and_quantity_in_si_units(tmp_path
 @pytest.mark.parametrize(("steps", "listed"), [(None, ""), ((), "never"), ((0, 2), "0 2")])
 def test_load_steps_outside_the_band_of_single_lines_are_counted_from_0(steps, listed):
     """As all steps in tables; reports count from 1."""
-    (plan,) = plan_scene(load_scene("paraboloid"))
-    record = record_scene(*solved_in_memory(plan, "quick"))
+    record = roughline.compare("paraboloid", "closed_form", "reduced").record
     verdicts = tuple(replace(item, outside_band=steps) for item in record.verdicts)
     assert set(measures(replace(record, verdicts=verdicts))["outside_band"]) == {listed}
 

@@ -6,10 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import roughline
 from comparisons import formatting as fmt
 from comparisons.judging.truth import Reference
 from comparisons.questions.problem_sheets import sheet_of
-from comparisons.questions.study import solved_in_memory
 from comparisons.results.advice import advise
 from comparisons.results.finding import NOT_KNOWN, YES, family, finding
 from comparisons.results.record import SceneRecord
@@ -78,11 +78,10 @@ ASKED = {
 }
 
 
-def solved(load, **changes):
+def solved(load):
     force = {"values": [load], "relative_to": "E* A0 h'"}
-    scene = load_scene("rough-patch", ASKED | {"loading": {"force": force}} | changes)
-    (plan, *_) = plan_scene(scene)
-    return record_scene(*solved_in_memory(plan, "quick"))
+    scene = load_scene("rough-patch", ASKED | {"loading": {"force": force}})
+    return roughline.compare(scene).record
 
 
 @pytest.mark.parametrize(
@@ -123,14 +122,8 @@ def test_a_card_gives_the_true_values_of_all_that_was_asked_with_their_bars():
 def test_what_the_reference_lacks_is_no_yes_and_what_is_prescribed_decides_nothing():
     """Of a worn punch the closed form has no largest depth; F is held, and the volume is k F s."""
     names = ["penetration", "force", "worn_volume", "wear_depth"]
-    (plan,) = plan_scene(
-        load_scene(
-            "worn-punch",
-            {"compare.methods": ["closed_form", "reduced"], "compare.resolutions": [10]}
-            | {"compare.quantities": names},
-        )
-    )
-    record = record_scene(*solved_in_memory(plan, "quick"))
+    asked = {"quantities": names, "resolutions": [10]}
+    record = roughline.compare("worn-punch", "closed_form", "reduced", **asked).record
     assert "force" not in record.quantities
     (row,) = finding([record])
     assert (row.use, row.error[:2]) == ("for d only", "d ")

@@ -69,14 +69,6 @@ def overlap(one, other):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("make", [SerialExecutor, lambda: ProcessExecutor(2)])
-def test_every_job_is_done_once_with_its_time(make):
-    collection = collected(make(), [Job(str(k), pow, (k, 2)) for k in range(7)])
-    assert {key: done.value for key, done in collection.items()} == {str(k): k**2 for k in range(7)}
-    assert all(done.seconds >= 0 and not done.lost for done in collection.values())
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("make", [SerialExecutor, lambda: ProcessExecutor(2)])
 def test_jobs_may_come_while_others_finish(make):
     """As the refinement of one scene comes while the solves of others go on."""
     executor = make()

@@ -531,10 +531,8 @@ def test_where_a_method_has_no_answer_is_told_with_each_of_its_verdicts(capsys, 
         "    return {'force': 4 / 3 * task.scene.effective_modulus * radius**0.5 * load**1.5}\n"
     )
     registry.add_class(external_work._method(f"file:{tmp_path / 'shy.py'}", "shy"))
-    asked = ["force", "contact_area"]
-    few = {"compare.methods": ["closed_form", "reduced", "shy"], "compare.quantities": asked}
-    (plan,) = plan_scene(load_scene("paraboloid", few))
-    scene = record_scene(*solved_in_memory(plan, "quick"))
+    few = ("closed_form", "reduced", "shy")
+    scene = roughline.compare("paraboloid", *few, quantities=["force", "contact_area"]).record
     force, _ = scene.verdicts_on("shy")
     reason = f"no answer at {scene.steps - 3} of {scene.steps} load steps"
     assert (force.word, force.reason) == ("not resolved", reason)
