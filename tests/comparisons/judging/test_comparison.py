@@ -13,7 +13,7 @@ from comparisons.judging.truth import choose_truth, truths
 from comparisons.judging.uncertainty import combined, share_uncertainty
 from comparisons.results.scene_record import record_scene
 from comparisons.solving.planning import plan_scene
-from comparisons.tasks.solution import Solution
+from comparisons.tasks.solution import FLAGS, Solution
 from reference.halfspace.punches import EDGE_OFFSET
 
 DEPTHS = np.array([1e-6, 2e-6, 4e-6, 8e-6])
@@ -39,9 +39,7 @@ def solution(curves, *, seconds=1.0, violation=1e-9, fields=None):
     return Solution(
         quantities=table,
         converged=good,
-        no_equilibrium=np.zeros(shape, dtype=bool),
-        undetermined=np.zeros(shape, dtype=bool),
-        out_of_range=np.zeros(shape, dtype=bool),
+        **{flag: np.zeros(shape, dtype=bool) for flag in FLAGS[1:]},
         iterations=np.full(shape, 7),
         violation=np.where(good, violation, np.nan),
         unknowns=100,
@@ -473,15 +471,6 @@ def test_a_stick_area_of_zero_on_all_grids_is_known_to_two_cells(apparent, cell)
     np.testing.assert_allclose(levels.discretisation("torque"), 0)
 
 
-def ring_fields(r, pressure, weight):
-    return {
-        "pressure_x": r,
-        "pressure_y": np.zeros_like(r),
-        "pressure": pressure,
-        "pressure_weight": weight,
-    }
-
-
 def test_a_pressure_has_a_distance_and_an_integral(scene):
     """Hertz: p = p0 sqrt(1 - r^2/a^2), p0 = 3F/(2 pi a^2); a planted factor of 1.03."""
     (plan,) = plan_scene(scene(compare={"quantities": ["force", "pressure"]}))
@@ -490,10 +479,8 @@ def test_a_pressure_has_a_distance_and_an_integral(scene):
     r = (np.arange(400) + 0.5) * a / 400
     weight = 2 * np.pi * r * a / 400
     p = 1.03 * 1.5 * curves["force"][-1] / (np.pi * a**2) * np.sqrt(1 - (r / a) ** 2)
-    solved = {
-        ("closed_form", 1): solution(curves),
-        ("fem", 4): solution(curves, fields=ring_fields(r, p, weight)),
-    }
+    fields = {"pressure_x": r, "pressure_y": 0 * r, "pressure": p, "pressure_weight": weight}
+    solved = {("closed_form", 1): solution(curves), ("fem", 4): solution(curves, fields=fields)}
     result = compare(plan, solved)
     value = measure_of(result, "fem", "pressure", "last load")["rms"]
     assert value == pytest.approx(0.03, rel=1e-6)

@@ -67,14 +67,10 @@ def surface(shape, method=""):
     return Surface(heights + 0.02 * np.ptp(heights), size)
 
 
-def swapped(map_):
-    return Surface(map_.heights.T.copy(), map_.size[::-1])
-
-
 MOVES = {
     "flip x": lambda m: Surface(m.heights[::-1].copy(), m.size),
     "flip y": lambda m: Surface(m.heights[:, ::-1].copy(), m.size),
-    "swap axes": swapped,
+    "swap axes": lambda m: Surface(m.heights.T.copy(), m.size[::-1]),
     "a side longer by 1e-15": lambda m: Surface(m.heights, (m.size[0] * (1 + 1e-15), m.size[1])),
     "a side shorter by 1e-15": lambda m: Surface(m.heights, (m.size[0], m.size[1] * (1 - 1e-15))),
     "raised": lambda m: Surface(m.heights + 0.3 * np.ptp(m.heights), m.size),

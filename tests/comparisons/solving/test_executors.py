@@ -27,19 +27,6 @@ def collected(executor, jobs):
     return {done.job.key: done for done in executor.finished()}
 
 
-def killed_until(path, times):
-    """Return work that ends its own process the first few times, as the system does."""
-
-    def work():
-        tried = len(list(path.iterdir()))
-        if tried < times:
-            (path / str(tried)).touch()
-            os.kill(os.getpid(), signal.SIGKILL)
-        return tried
-
-    return work
-
-
 def interval():
     def work(seconds):
         start = time.time()
@@ -116,7 +103,15 @@ def test_half_of_the_jobs_are_the_last_ones(monkeypatch):
 @pytest.mark.slow
 def test_a_killed_process_is_tried_again(tmp_path):
     """SIGKILL twice, an answer the third time; beside it others that are hit by the lost pool."""
-    jobs = [Job("killed", killed_until(tmp_path, 2)), *(Job(str(k), pow, (k, 1)) for k in range(9))]
+
+    def work():
+        tried = len(list(tmp_path.iterdir()))
+        if tried < 2:
+            (tmp_path / str(tried)).touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        return tried
+
+    jobs = [Job("killed", work), *(Job(str(k), pow, (k, 1)) for k in range(9))]
     collection = collected(ProcessExecutor(2), jobs)
     assert collection["killed"].value == 2
     assert [collection[str(k)].value for k in range(9)] == list(range(9))

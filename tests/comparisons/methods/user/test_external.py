@@ -239,14 +239,6 @@ def answered(monkeypatch, task):
 
 
 STEPS = 7
-HEADER = {
-    "created": "2026-01-31T12:00:00",
-    "command": "",
-    "effort": "quick",
-    "seconds": 1.0,
-    "machine": {},
-    "versions": {},
-}
 
 
 @pytest.mark.parametrize(
@@ -540,7 +532,8 @@ def test_where_a_method_has_no_answer_is_told_with_each_of_its_verdicts(capsys, 
     assert force.because.endswith(f"but {reason}")
     assert verdict_table([scene], "shy").rows[0][3].text == f"not resolved 1\u202f%, {reason}"
     assert summary_lines([scene]).rows[1][3].text == f"round-off, {reason}"
-    study = StudyRecord(**HEADER, scenes=(scene,))
+    header = {"created": "", "command": "", "effort": "quick", "machine": {}, "versions": {}}
+    study = StudyRecord(seconds=1.0, scenes=(scene,), **header)
     print_study(study, [])
     assert capsys.readouterr().out.count("\nShy") == 2  # its verdicts, and a finding of its own
     whole = page(study, with_pictures=False)
