@@ -64,10 +64,7 @@ class ClaimVerdict:
     def plot(self) -> PaperFigure:
         """Return the error along the claim's parameter, with bars (extra `paper`).
 
-        Raises
-        ------
-        InputError
-            If the claim has no parameter, or matplotlib is missing.
+        InputError if the claim has no parameter, or matplotlib is missing.
         """
         from reports.paper.figures import single
 
@@ -97,6 +94,8 @@ def check_claim(
 ) -> ClaimVerdict:
     """Test a claim: measure along its parameter until the boundaries of its range are known.
 
+    InputError lists all errors in the claim.
+
     Parameters
     ----------
     claim : str, Path or mapping
@@ -107,11 +106,6 @@ def check_claim(
         Refine the reference until its bar is a fifth of the tolerance, and narrow each boundary;
         else wider bars, and no more points than the verdict needs. Up to an hour on rough surfaces;
         the claim's range is part of the answer, so that this is the default.
-
-    Raises
-    ------
-    InputError
-        Listing all errors in the claim.
 
     Examples
     --------

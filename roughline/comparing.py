@@ -140,15 +140,12 @@ class Comparison:
     def plot(self, name: str | None = None) -> PaperFigure:
         """Return a print-ready figure; ``savefig`` writes PDF, SVG or PNG.
 
+        InputError if the plot does not exist, or matplotlib is missing (extra `paper`).
+
         Parameters
         ----------
         name : str, optional
             One of `plots`, one column wide; default: page-wide curves, error and cost.
-
-        Raises
-        ------
-        InputError
-            If the plot does not exist, or matplotlib is missing (extra `paper`).
         """
         from reports.paper.figures import overview, panels, single
 
@@ -195,6 +192,9 @@ def compare(
 ) -> Comparison:
     """Solve a scene with several methods, and compare them with the most accurate solution.
 
+    InputError if the scene or an argument is invalid, or if no method can solve the scene or
+    compute a requested quantity. Failed solves are rows with their reason.
+
     Parameters
     ----------
     scene : Source
@@ -215,12 +215,6 @@ def compare(
     -------
     Comparison
         Kept in memory; `Study` keeps a folder, resumes, and writes the report.
-
-    Raises
-    ------
-    InputError
-        If the scene or an argument is invalid, or if no method can solve the scene or compute a
-        requested quantity. Failed solves are rows with their reason.
 
     Examples
     --------

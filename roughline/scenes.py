@@ -23,6 +23,8 @@ from roughline import notebook
 def load_scene(source: Source, changes: Mapping[str, Any] | None = None) -> Scene:
     """Return a validated scene.
 
+    InputError lists all errors with their place in the scene.
+
     Parameters
     ----------
     source : str, Path, mapping or Scene
@@ -35,11 +37,6 @@ def load_scene(source: Source, changes: Mapping[str, Any] | None = None) -> Scen
     -------
     Scene
         All quantities in SI units; ``scene.text`` is the scene as TOML.
-
-    Raises
-    ------
-    InputError
-        Listing all errors with their place in the scene.
 
     Examples
     --------
@@ -123,6 +120,8 @@ class Plan:
 def plan(scene: Source, *methods: str, full: bool = False) -> Plan:
     """Return what a comparison would model and leave out, without solving.
 
+    InputError if the scene is invalid or does not fit into memory.
+
     Parameters
     ----------
     scene : Source
@@ -131,11 +130,6 @@ def plan(scene: Source, *methods: str, full: bool = False) -> Plan:
         Only these; default: all that can solve the scene.
     full : bool
         As many surfaces and grids as `roughline run --full` begins with.
-
-    Raises
-    ------
-    InputError
-        If the scene is invalid or does not fit into memory.
 
     Examples
     --------

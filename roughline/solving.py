@@ -73,10 +73,7 @@ class Solution(SingleResult):
     def pressure(self) -> dict[str, np.ndarray]:
         """Pressure at the last load: {r, p} for circular contacts, else {x, y, p}.
 
-        Raises
-        ------
-        InputError
-            If there is none: it was not asked for, or the method does not compute it.
+        InputError if there is none: it was not asked for, or the method does not compute it.
         """
         return self.pressures[max(self.pressures)]
 
@@ -98,10 +95,7 @@ class Solution(SingleResult):
         its points on the line. Cells on the rim of a flat face are left out if their middle is
         beyond it.
 
-        Raises
-        ------
-        InputError
-            As `pressure`.
+        InputError where `pressure` has one.
 
         Examples
         --------
@@ -143,10 +137,7 @@ class Solution(SingleResult):
         the loads of `pressures` (NaN at others): over ``x`` and ``y`` where its points are a grid
         that all loads share, else over ``point``, with the coordinates ``r``, or ``x`` and ``y``.
 
-        Raises
-        ------
-        InputError
-            If xarray is not installed.
+        InputError if xarray is not installed.
         """
         try:
             import xarray
@@ -238,6 +229,8 @@ def solve(
 ) -> Solution:
     """Solve a scene with one method.
 
+    InputError if the scene, the method, an option or the resolution is invalid or not supported.
+
     Parameters
     ----------
     scene : Source
@@ -256,11 +249,6 @@ def solve(
     -------
     Solution
         Failed load steps raise no exception: they are NaN, with ``solution.reasons``.
-
-    Raises
-    ------
-    InputError
-        If the scene, the method, an option or the resolution is invalid or not supported.
 
     Examples
     --------
@@ -289,6 +277,9 @@ def add_method(method: type[Solver[Any]] | str | Path) -> list[str]:
 
     It runs also where a scene names others, but not beside those that a call names.
 
+    InputError if the file or class does not define a method, or a built-in method has the same
+    name.
+
     Parameters
     ----------
     method : class, str or Path
@@ -296,11 +287,6 @@ def add_method(method: type[Solver[Any]] | str | Path) -> list[str]:
         ``comparisons.methods.Solver``, known in this process only. Or a Python file with methods:
         each call then runs in a separate process with limits on time and memory, and is also
         available to the worker processes of a `Study`.
-
-    Raises
-    ------
-    InputError
-        If the file or class does not define a method, or a built-in method has the same name.
 
     Notes
     -----

@@ -129,6 +129,8 @@ class Results:
 class Study:
     """Scenes, methods, and a folder for the results; nothing is solved before `run`.
 
+    InputError lists everything that is wrong with all scenes.
+
     Parameters
     ----------
     scenes : Source or list of Source
@@ -151,11 +153,6 @@ class Study:
         Go on with what is there, also after the process was killed; or start anew.
     progress : callable, optional
         Called with (solves done, solves in all, task just finished or None).
-
-    Raises
-    ------
-    InputError
-        Listing everything that is wrong with all scenes.
     """
 
     def __init__(
@@ -215,10 +212,7 @@ class Study:
 def load_results(folder: str | Path) -> Results:
     """Read a results folder written by `Study` or ``roughline run``.
 
-    Raises
-    ------
-    InputError
-        If the folder has no results, or damaged ones. Nothing in a folder is ever executed.
+    InputError if the folder has no results, or damaged ones. Nothing in a folder is ever executed.
     """
     return Results(load_study(folder))
 
@@ -291,6 +285,8 @@ def compare_runs(
 ) -> Changes:
     """Compare two results folders, solve by solve.
 
+    InputError if a folder has no results, or a threshold is invalid.
+
     Parameters
     ----------
     before, after : str, Path or Results
@@ -298,11 +294,6 @@ def compare_runs(
         Smallest relative change of a quantity that counts (iterations leave about 1e-6).
     slower : float
         Smallest ratio of times that is told; not between different machines.
-
-    Raises
-    ------
-    InputError
-        If a folder has no results, or a threshold is invalid.
     """
     problems = [
         f"{name}: expected a number above {least}, got {number}"

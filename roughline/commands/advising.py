@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from contextlib import nullcontext
 from typing import Any
 
 from rich.console import Console
@@ -93,13 +92,10 @@ def advise_all(plans: list[Plan], effort: Effort, as_json: bool) -> int:
             console.print(f"{plan.scene.name}: {text} Measuring to be sure.\n")
     records = []
     screen = Console(stderr=True)
-    with screen.status("starting") if screen.is_terminal else nullcontext() as line:
-        for plan in plans:
-            if line:
-                line.update(escape(printable(f"solving {plan.scene.name} with every method")))
+    for plan in plans:
+        with screen.status(escape(printable(f"solving {plan.scene.name} with every method"))):
             records.append(record_scene(*solved_in_memory(plan, effort, _settled)))
-    vain = asked_in_vain(records)
-    if vain:
+    if vain := asked_in_vain(records):
         raise InputError("\n".join(vain))
     if as_json:
         documents = [

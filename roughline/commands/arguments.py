@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter, Token
 
+from comparisons.errors import InputError
 from roughline.commands import say
 
 if TYPE_CHECKING:
@@ -28,8 +29,6 @@ def _count(_type: type, tokens: Sequence[Token]) -> int:
 
 def share(text: str) -> float:
     """Parse a relative tolerance: 5%, 5 % or 0.05."""
-    from comparisons.errors import InputError
-
     bare = text.strip().removesuffix("%")
     try:
         return float(bare) / (100 if bare != text.strip() else 1)
@@ -41,8 +40,6 @@ def share(text: str) -> float:
 
 def part_of(text: str) -> tuple[int, int]:
     """Parse the part of a study to solve: 2/5 is the second of five."""
-    from comparisons.errors import InputError
-
     number, _, parts = text.partition("/")
     try:
         fraction = int(number), int(parts)
@@ -73,8 +70,6 @@ def overrides_of(
     changes: tuple[str, ...] = (),
 ) -> dict[str, Any]:
     """Turn options of the command line into keys of the scene, to be validated with it."""
-    from comparisons.errors import InputError
-
     overrides: dict[str, Any] = {}
     for key, names in (("methods", methods), ("quantities", quantities)):
         if names is not None:
@@ -146,7 +141,6 @@ class MethodFiles:
         """
         from importlib import metadata
 
-        from comparisons.errors import InputError
         from comparisons.facts.methods import GROUP
 
         limits = {"seconds": self.method_seconds, "gigabytes": self.method_gigabytes}
@@ -193,7 +187,6 @@ class Workers:
 
         InputError if the number of workers is invalid, or why the cluster cannot be used.
         """
-        from comparisons.errors import InputError
         from comparisons.solving.jobs import executor_for
 
         cores = os.cpu_count() or 1

@@ -8,6 +8,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from comparisons.errors import InputError
 from roughline.commands import say, typed
 from roughline.commands.arguments import (
     ALONE,
@@ -47,7 +48,6 @@ def new(kind: str, file: Path | None = None) -> int:
     file
         The file to write; default: KIND.toml in this folder. An existing one stays.
     """
-    from comparisons.errors import InputError
     from comparisons.files import write_named_text
     from comparisons.scene.scene import beginning
 
@@ -191,50 +191,43 @@ def report(directory: Path, *, pictures: bool = True, static: Flag = False) -> i
     static
         Beside it, write report-static.html for mail (see `roughline run`).
     """
-    from comparisons.results.folder import held
+    from comparisons.files import write_text
+    from comparisons.results.folder import MAILED, PAGE, RECORDS, held
+    from comparisons.results.store import STUDY, load_study
 
+    page = directory / PAGE
     with held(directory) if directory.is_dir() else nullcontext():
-        for page in _write_page(directory, pictures, static):
-            say(page)
+        name = next((name for name in RECORDS if (directory / name).exists()), STUDY)
+        judged = name in ("claims.json", "hard-cases.json")
+        if judged and static:
+            raise InputError(f"--static: expected results of `roughline run`, got {name}")
+        if name == "claims.json":
+            from comparisons.questions.claims.record import load_claims_record
+            from reports.pages.claims import claims_page
+
+            write_text(page, claims_page(load_claims_record(directory)))
+        elif judged:
+            from comparisons.questions.hard_cases.case import load_record
+            from reports.pages.hard_cases import hard_cases_page
+
+            write_text(page, hard_cases_page(load_record(directory)))
+        else:
+            _write_study(load_study(directory), pictures, static)
+    say(page)
+    if static:
+        say(directory / MAILED)
     return FINE
 
 
-def _write_page(directory: Path, pictures: bool, static: bool = False) -> list[Path]:
-    from comparisons.results.store import STUDY, load_study
-
-    if not (directory / STUDY).exists():  # claims or hard cases, of which most reports need nothing
-        from comparisons.errors import InputError
-        from comparisons.files import write_text
-        from comparisons.questions.claims.record import RECORD, load_claims_record
-        from comparisons.questions.hard_cases import case as hard
-        from comparisons.results.folder import PAGE
-        from reports.pages.claims import claims_page
-        from reports.pages.hard_cases import hard_cases_page
-
-        path = directory / PAGE
-        judged = [name for name in (RECORD, hard.RECORD) if (directory / name).exists()]
-        if judged and static:
-            raise InputError(f"--static: expected results of `roughline run`, got {judged[0]}")
-        if RECORD in judged:
-            write_text(path, claims_page(load_claims_record(directory)))
-            return [path]
-        if judged:
-            write_text(path, hard_cases_page(hard.load_record(directory)))
-            return [path]
-    return _write_study(load_study(directory), pictures, static)
-
-
-def _write_study(record: StudyRecord, pictures: bool, static: bool) -> list[Path]:
+def _write_study(record: StudyRecord, pictures: bool, static: bool) -> None:
     from comparisons.results.folder import PAGE
     from reports.pages.study import write_report
 
-    path = record.directory / PAGE
-    write_report(record, path, pictures=pictures)
-    if not static:
-        return [path]
-    from reports.paper.files import write_mailed
+    write_report(record, record.directory / PAGE, pictures=pictures)
+    if static:
+        from reports.paper.files import write_mailed
 
-    return [path, write_mailed(record, record.directory)]
+        write_mailed(record, record.directory)
 
 
 def _folder_name(scenes: tuple[str, ...], plans: list[Plan]) -> str:
@@ -286,7 +279,6 @@ def solve(
     threads
         Threads that share large grids of the half-space (from 512 x 512); digits do not change.
     """
-    from comparisons.errors import InputError
     from comparisons.questions.single import solve_scene
     from roughline.commands import terminal
 
@@ -347,7 +339,6 @@ def compare(
     static
         Beside it, write comparison-static.html for mail: no plots, no scripts.
     """
-    from comparisons.errors import InputError
     from comparisons.files import write_text
     from comparisons.results.folder import held
     from reports.pages.runs import comparison_page
@@ -460,7 +451,6 @@ def list_(catalogue: str | None = None, *, method_files: MethodFiles = NO_METHOD
     catalogue
         "scenes", "methods", "claims" or "hard-cases"; default: the number of each.
     """
-    from comparisons.errors import InputError
     from comparisons.reasons import near
     from reports.tables.lists import CATALOGUES
     from roughline.commands.terminal import Terminal

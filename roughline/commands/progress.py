@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, track
 
+from comparisons.errors import InputError, LostWorkError
+
 if TYPE_CHECKING:
     from comparisons.questions.campaign import Campaign, Watch
     from comparisons.solving.jobs import Done
@@ -34,8 +36,6 @@ def watched(
 
     The page usually takes `report` seconds of the remaining time.
     """
-    from comparisons.errors import InputError, LostWorkError
-
     stopped: KeyboardInterrupt | LostWorkError | None = None
     with watching(report) as campaign.watch:
         try:

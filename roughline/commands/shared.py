@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from comparisons.errors import InputError, ResultsError
 from roughline.commands import say, typed
 from roughline.commands.arguments import (
     ALONE,
@@ -41,7 +42,6 @@ def problems(problem: str | None = None, *, out: Path | None = None) -> int:
     out
         Also write the scene, the heights of a rough surface, and an entry to be filled in.
     """
-    from comparisons.errors import InputError
     from comparisons.questions.problem_sheets import builtin_sheets, sheet_of
     from reports.tables.problems import problem_list, sheet_table, sheet_text
     from roughline.commands.terminal import Terminal
@@ -140,7 +140,6 @@ def leaderboard(directory: Path, *, out: Path | None = None) -> int:
 
 def _write_page(directory: Path, out: Path) -> list[str]:
     """Write the page of a folder's entries, and return why some of its files are not judged."""
-    from comparisons.errors import ResultsError
     from comparisons.files import write_text
     from comparisons.questions.problem_sheets import boards_of
     from comparisons.results.folder import PAGE, RECORDS, held

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from comparisons.errors import InputError, ProblemsError
 from roughline.commands import say, typed
 from roughline.commands.arguments import (
     ALONE,
@@ -198,7 +199,6 @@ def hard_cases(
     case
         Run only this case, or the cases of this file; may be repeated.
     """
-    from comparisons.errors import InputError, ProblemsError
     from comparisons.facts.methods import METHODS, method_named
     from comparisons.files import write_named_text, write_text
     from comparisons.questions.hard_cases.case import catalogue, load_cases
@@ -262,7 +262,6 @@ def bench(benchmark: str | None = None, *, json: Path | None = None) -> int:
     """
     import json as json_format
 
-    from comparisons.errors import InputError
     from comparisons.files import write_named_text
     from comparisons.machine import machine, machine_text
     from comparisons.questions.benchmarks import BENCHMARKS
