@@ -25,7 +25,7 @@ from comparisons.solving.jobs import Done
 from comparisons.solving.plan import Effort
 from comparisons.solving.planning import Source, plan_all
 from comparisons.tasks.task import Task
-from reports.tables.judged import advice_table, finding_table
+from reports.tables.judged import finding_table, summary_lines
 from reports.tables.runs import changes
 from reports.tables.written import plain
 from roughline import notebook
@@ -113,7 +113,7 @@ class Results:
 
     def _repr_html_(self) -> str:
         scenes = self.record.scenes[:MOST_ROWS]
-        judged = [scene.judged_methods[0] for scene in scenes]
+        lines = summary_lines(scenes)
         sentences = [
             f"{comparison.name}: {text}" for comparison in self for text in comparison.disagreements
         ]
@@ -121,7 +121,8 @@ class Results:
             f"{self.folder}, {self.record.effort}, {fmt.duration(self.record.seconds)}",
             *sentences,
             *(notebook.table(finding_table(scenes, name)) for name in methods_of(scenes)),
-            notebook.table(advice_table(scenes, judged)),
+            notebook.table(lines),
+            lines.note,
             notebook.more(len(self) - MOST_ROWS, "scenes"),
         )
 

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
-from collections.abc import Iterable
 from types import SimpleNamespace
 
-from comparisons.questions.claims.record import VERDICTS, ClaimRecord, ClaimsRecord
+from comparisons.questions.claims.record import VERDICTS, ClaimsRecord
 from comparisons.questions.claims.wording import error_text, limit_words
-from reports.pages.page import render
-from reports.plots.claims import along, boundary_map, evidence
+from reports.pages.page import render, tally
+from reports.plots.claims import boundary_map, evidence
 from reports.tables.validation import beyond, measurements
 
 # Of more claims the page shows how many have which verdict; a click, a link or a search opens them.
@@ -22,7 +20,7 @@ def claims_page(record: ClaimsRecord) -> str:
     views = []
     for claim in record.claims:
         largest = max(claim.measured, key=lambda p: -1.0 if p.error is None else abs(p.error))
-        along_others = (along(claim, nuisance) for nuisance in claim.nuisances)
+        along_others = (evidence(claim, nuisance) for nuisance in claim.nuisances)
         figures = [evidence(claim), boundary_map(claim), *along_others]
         views.append(
             SimpleNamespace(
@@ -36,6 +34,10 @@ def claims_page(record: ClaimsRecord) -> str:
                 openness=beyond(claim) if claim.nuisances else None,
             )
         )
+
+    def verdicts(views: list[SimpleNamespace]) -> list[tuple[str, int]]:
+        return tally((view.record.verdict for view in views), VERDICTS)
+
     by_voice: dict[str, list[SimpleNamespace]] = {}
     for view in views:
         by_voice.setdefault(view.record.voice, []).append(view)
@@ -46,13 +48,8 @@ def claims_page(record: ClaimsRecord) -> str:
         record=record,
         limit_words=limit_words,
         views=views,
-        groups=[(v, own, _tally(view.record for view in own)) for v, own in by_voice.items()]
+        groups=[(voice, own, verdicts(own)) for voice, own in by_voice.items()]
         if len(views) > MOST_UNFOLDED
         else [],
-        tally=_tally(record.claims),
+        tally=verdicts(views),
     )
-
-
-def _tally(claims: Iterable[ClaimRecord]) -> list[tuple[str, int]]:
-    counts = Counter(claim.verdict for claim in claims)
-    return [(word, counts[word]) for word in VERDICTS if counts[word]]

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections import Counter
-
 import numpy as np
 
 from comparisons import formatting as fmt
 from comparisons.questions.hard_cases.case import HardCasesRecord, OutcomeRecord
-from reports.pages.page import render
+from reports.pages.page import render, tally
 from reports.plots.axes import FOOT_NOTE, error_axis, failed, parted, time_axis, with_foot
 from reports.plots.figure import Figure, Level, Series
 from reports.plots.style import DOTTED, MUTED, drawing_order, look
@@ -29,13 +27,12 @@ CAPTION = (
 def hard_cases_page(record: HardCasesRecord) -> str:
     """Return the stability table and its plot as one HTML page."""
     figure = stability(record)
-    counts = Counter(outcome.kind for outcome in record.outcomes)
     return render(
         "hard_cases.html.j2",
         {figure.key: figure} if figure else {},
         record=record,
         figure=figure,
-        tally=[(word, counts[word]) for word in KINDS if counts[word]],
+        tally=tally((outcome.kind for outcome in record.outcomes), KINDS),
         round_off=fmt.ROUND_OFF,
     )
 

@@ -14,7 +14,8 @@ import math
 import os
 import re
 import zlib
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from functools import cache, partial
 from pathlib import Path
@@ -85,6 +86,12 @@ def render(
             **values,
         )
     )
+
+
+def tally(words: Iterable[str], order: Iterable[str]) -> list[tuple[str, int]]:
+    """Return how often each word stands there, of those that do."""
+    counts = Counter(words)
+    return [(word, counts[word]) for word in order if counts[word]]
 
 
 @cache

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
 
 from comparisons import formatting as fmt
 from comparisons.results.run_comparison import KINDS, ONE_SIDED, SAME, Change, RunComparison
-from reports.pages.page import render
+from reports.pages.page import render, tally
 from reports.plots.axes import log_axis, per_cent
 from reports.plots.figure import Figure, Series
 from reports.plots.style import DOTTED, MUTED, Look, drawing_order, look
@@ -31,7 +30,6 @@ TIMES = (
 
 def comparison_page(record: RunComparison, command: str, *, static: bool = False) -> str:
     """Return the comparison as one HTML page; a static one is without plots."""
-    counts = Counter(kind for change in record.changes for kind in change.kinds)
     solves = list(record.changes)
     figures = [] if static else before_and_after(solves)
     timed = [change for change in solves if change.only_timed]
@@ -44,7 +42,7 @@ def comparison_page(record: RunComparison, command: str, *, static: bool = False
         static=static,
         record=record,
         command=command,
-        tally=[(word, counts[word]) for word in KINDS if counts[word]],
+        tally=tally((kind for change in solves for kind in change.kinds), KINDS),
         notable=changes([c for c in unlike if c not in alike]),
         alike=changes(alike),
         timed=changes(timed),

@@ -9,7 +9,6 @@ fewer quantities.
 from __future__ import annotations
 
 import os
-from collections import Counter
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -36,7 +35,7 @@ from comparisons.results.finding import (
 )
 from comparisons.results.folder import PAGE
 from comparisons.results.record import SceneRecord, StudyRecord, title_in
-from reports.pages.page import render
+from reports.pages.page import render, tally
 from reports.pictures import NOTHING, Picture
 from reports.plots import curves, errors, physics, pressure, speed, stored, surfaces
 from reports.plots.claims import evidence, validity_map
@@ -102,8 +101,8 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
     families: dict[str, list[SimpleNamespace]] = {}  # in the order in which they first appear
     for view in views:
         families.setdefault(view.family, []).append(view)
+    words = (view.decisive.word for view in views if view.decisive)
     called = {method: title_in(record.scenes, method) for method in methods_of(record.scenes)}
-    words = Counter(view.decisive.word for view in views if view.decisive)
     return render(
         "report.html.j2",
         drawn | {item.key: item for item in (everything, standing, *swept) if item},
@@ -129,7 +128,7 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
             {name for _, figure in figures for name in figure.quantity.split()}
             | {figure.quantity for figure in swept}
         ),
-        tally=[(word, words[word]) for word in (OUTSIDE, NOT_RESOLVED, WITHIN, NO_RESULT)],
+        tally=tally(words, (OUTSIDE, NOT_RESOLVED, WITHIN, NO_RESULT)),
         claims=claims,
         claims_folder=record.directory.parent / FOLDER,
         seeds={

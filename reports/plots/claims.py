@@ -46,27 +46,19 @@ VALIDITY = (
 )
 
 
-def evidence(claim: ClaimRecord, fewest: int = 2) -> Figure | None:
-    """Return the error against the varied parameter, or None if no parameter varies."""
-    return _errors("evidence", claim, claim.parameter, claim, fewest)
-
-
-def along(claim: ClaimRecord, nuisance: NuisanceRecord) -> Figure | None:
-    """Return the error against a parameter that the statement leaves open, None for choices."""
-    key = f"along-{claim.nuisances.index(nuisance)}"
-    return None if nuisance.choices else _errors(key, claim, nuisance.name, nuisance)
-
-
-def _errors(
-    key: str,
-    claim: ClaimRecord,
-    parameter: str,
-    measured: ClaimRecord | NuisanceRecord,
-    fewest: int = 2,
+def evidence(
+    claim: ClaimRecord, nuisance: NuisanceRecord | None = None, fewest: int = 2
 ) -> Figure | None:
-    """Return the errors of a claim, measured along a parameter at `fewest` points or more."""
+    """Return the errors at `fewest` or more values of the claim's parameter, or of a nuisance.
+
+    None where less was measured, or the nuisance is a choice.
+    """
+    measured = nuisance or claim
+    key, parameter = "evidence", claim.parameter
+    if nuisance:
+        key, parameter = f"along-{claim.nuisances.index(nuisance)}", nuisance.name
     points = [p for p in measured.points if p.parameter is not None and p.error is not None]
-    if len(points) < fewest:
+    if len(points) < fewest or (nuisance and nuisance.choices):
         return None
     low, high = error_range(np.array([abs(p.error or 0.0) for p in points]), claim.tolerance)
     series = []

@@ -196,17 +196,6 @@ def others_table(scene: SceneRecord) -> Table:
     return table(heads, rows, title=title, note=_explained(names))
 
 
-def advice_table(scenes: Iterable[SceneRecord], judged: Iterable[str]) -> Table:
-    """Return the deciding verdict on one method for each scene, and the advice."""
-    rows = []
-    for scene, method in zip(scenes, judged, strict=True):
-        decisive = worst(scene.verdicts_on(method))
-        error = cells.of_verdict(decisive) if decisive.word != NO_RESULT else decisive.reason
-        rows.append((scene.name, error, cells.verdict(decisive.word), advise(scene).sentence))
-    heads = ("scene", "largest error of the reduced model", "verdict", "cheapest settings")
-    return table(heads, rows)
-
-
 def measured_settings(advice: Advice) -> Table:
     """Return every setting measured for the advice, fastest first."""
     rows = (
