@@ -154,7 +154,7 @@ def failure_view(scene: SceneRecord) -> list[Figure]:
     step = -(-max(item.shape) // MOST_PIXELS)
     blocks = np.arange(0, item.shape[0], step), np.arange(0, item.shape[1], step)
     x, y, relief = coarsened(*item.axes, relief)
-    for at_load in item.at_loads(loads):
+    for at_load in item.at_loads:
         pressure = np.zeros(item.shape) if at_load is None else at_load.pressure
         cells = pressure.reshape(item.shape) > 0 if item.share is None else item.share
         share = block_means(cells, blocks)

@@ -23,14 +23,7 @@ from reports.plots.figure import (
     moving,
     outer,
 )
-from reports.plots.stored import (
-    NO_STEPS,
-    SliderSteps,
-    Stored,
-    at_last_load,
-    slider_steps,
-    stored_fields,
-)
+from reports.plots.stored import Stored, at_last_load, slider_steps, stored_fields
 from reports.plots.style import look
 
 ELEMENTS = "fem"
@@ -42,7 +35,7 @@ Profile = tuple[np.ndarray, np.ndarray]
 
 @dataclass(frozen=True)
 class Field:
-    """The pressure of one solution at one load; `earlier` holds the earlier loads."""
+    """The pressure of one solution at one load."""
 
     method: str
     resolution: int
@@ -53,7 +46,8 @@ class Field:
     shape: tuple[int, ...]  # of the grid, or the number of points of a mesh
     rough: bool
     share: np.ndarray | None = None  # of each block in contact, where the field is means over them
-    earlier: dict[int, Field] = field(default_factory=dict, repr=False)
+    # At the earlier loads of the slider, None where it is not stored; () where no method's is.
+    earlier: tuple[Field | None, ...] = field(default=(), repr=False)
 
     @property
     def on_a_grid(self) -> bool:
@@ -70,7 +64,7 @@ class Field:
 
         Of a mesh in the quarter x, y > 0 the others are its mirror images.
         """
-        earlier = {step: item.on_grid_of(other) for step, item in self.earlier.items()}
+        earlier = tuple(item and item.on_grid_of(other) for item in self.earlier)
         there = replace(other, method=self.method, label=self.label, earlier=earlier)
         same_patch = self.on_a_grid and all(
             np.allclose(outer(own), outer(others), atol=1e-6 * np.ptp(own))
@@ -88,24 +82,33 @@ class Field:
         between = LinearNDInterpolator(np.stack([self.x, self.y], axis=1), self.pressure, 0.0)
         return replace(there, pressure=between(x, y))
 
-    def at_loads(self, loads: SliderSteps) -> list[Field | None]:
-        """Return the field at every load of the slider, None for loads not stored."""
-        return [self.earlier.get(step) for step in loads.steps[:-1]] + [self]
+    @property
+    def at_loads(self) -> list[Field | None]:
+        """The field at every load of the slider, None for loads not stored."""
+        return [*self.earlier, self]
+
+    @property
+    def stored(self) -> list[Field | None]:
+        """The same, of a field that is stored at its last load alone only that."""
+        return self.at_loads if any(self.earlier) else [self]
 
 
 def pressure_fields(scene: SceneRecord) -> list[Field]:
     """Return the stored pressures of each method at its finest resolution, in drawing order."""
+    steps = slider_steps(scene).steps[:-1]
     fields = []
     for stored in stored_fields(scene):
-        last = _field(stored)
-        if last is not None:
-            at_steps = {
-                step: _field(replace(stored, fields=at_step(stored.fields, step)))
-                for step in stored_steps(stored.fields)
-            }
-            earlier = {step: at_load for step, at_load in at_steps.items() if at_load is not None}
-            fields.append(replace(last, earlier=earlier))
-    return fields
+        if last := _field(stored):
+            known = set(stored_steps(stored.fields))
+            earlier = (
+                _field(replace(stored, fields=at_step(stored.fields, step)))
+                if step in known
+                else None
+                for step in steps
+            )
+            fields.append(replace(last, earlier=tuple(earlier)))
+    slid = any(any(item.earlier) for item in fields)
+    return fields if slid else [replace(item, earlier=()) for item in fields]
 
 
 def _field(stored: Stored) -> Field | None:
@@ -138,30 +141,25 @@ def pressures(scene: SceneRecord) -> list[Figure]:
     fields = pressure_fields(scene)
     if not fields:
         return []
-    loads = slider_steps(scene) if any(item.earlier for item in fields) else NO_STEPS
     if not any(item.rough for item in fields):
         radius, mean = _contact_scales(scene)
         if np.isfinite(radius):
-            return [_radial(scene, fields, radius, mean, loads)]
+            return [_radial(scene, fields, radius, mean)]
     maps = [item for item in fields if item.on_a_grid]
     if not maps:
         return []
     chosen = leading_map(scene, maps)
     # A single line would only repeat a column of the map beside it.
-    cuts = [_cut(scene, fields, chosen, loads)] if not chosen.rough or len(maps) > 1 else []
+    cuts = [_cut(scene, fields, chosen)] if not chosen.rough or len(maps) > 1 else []
     by_method = {item.method: item for item in fields}
     grid, elements = by_method.get(GRID), by_method.get(ELEMENTS)
     if grid is None or elements is None or not grid.on_a_grid:
-        return [*_maps([chosen], loads), *cuts]
+        return [*_maps([chosen]), *cuts]
     # On the coarser grid of the two: what finer cells have is averaged, points are interpolated.
     common = min(grid, elements, key=lambda item: (not item.on_a_grid, len(item.x)))
     seen = elements if elements.on_a_grid else elements.on_grid_of(common)
-    views = _maps([grid, seen], loads)
-    return [
-        *views,
-        _difference(scene, grid.on_grid_of(common), elements.on_grid_of(common), loads),
-        *cuts,
-    ]
+    both = grid.on_grid_of(common), elements.on_grid_of(common)
+    return [*_maps([grid, seen]), _difference(scene, *both), *cuts]
 
 
 def _contact_scales(scene: SceneRecord) -> tuple[float, float]:
@@ -176,9 +174,7 @@ def _contact_scales(scene: SceneRecord) -> tuple[float, float]:
     return float("nan"), float("nan")
 
 
-def _radial(
-    scene: SceneRecord, fields: list[Field], radius: float, mean: float, loads: SliderSteps
-) -> Figure:
+def _radial(scene: SceneRecord, fields: list[Field], radius: float, mean: float) -> Figure:
     def along_radius(item: Field) -> Profile:
         """Return r/a and p/mean: of the grid row next to the x axis, or of all mesh points."""
         row = np.ones(len(item.x), dtype=bool)
@@ -190,7 +186,7 @@ def _radial(
         order = order[:: -(-len(order) // MOST_RADIAL) or 1]  # smooth: every second point will do
         return r[order] / radius, p[order] / mean
 
-    curves = _at_loads(fields, loads, along_radius)
+    curves = _at_loads(fields, along_radius)
     highest = max(float(np.nanmax(p, initial=0.0)) for curve in curves for _, p in curve)
     caption = (
         f"Contact pressure. a = {fmt.with_unit(radius, 'm')} is the contact radius and "
@@ -205,7 +201,7 @@ def _radial(
     return _with_profiles(scene, empty, fields, curves)
 
 
-def _cut(scene: SceneRecord, fields: list[Field], chosen: Field, loads: SliderSteps) -> Figure:
+def _cut(scene: SceneRecord, fields: list[Field], chosen: Field) -> Figure:
     """Return the pressure along x, at the same y for all methods.
 
     On a rough surface where the row carries most, in the middle half: the largest pressure is often
@@ -225,7 +221,7 @@ def _cut(scene: SceneRecord, fields: list[Field], chosen: Field, loads: SliderSt
         order = np.argsort(item.x[keep], kind="stable")
         return item.x[keep][order], item.pressure[keep][order]
 
-    curves = _at_loads(fields, loads, along_row)
+    curves = _at_loads(fields, along_row)
     across = fmt.prefix_for(np.concatenate([curve[-1][0] for curve in curves]), "m")
     highest = max(float(np.max(curve[-1][1])) for curve in curves)
     where = f"y = {fmt.with_unit(height, 'm')}" if height else "y = 0"
@@ -243,13 +239,11 @@ def _cut(scene: SceneRecord, fields: list[Field], chosen: Field, loads: SliderSt
     return _with_profiles(scene, empty, fields, curves)
 
 
-def _at_loads(
-    fields: list[Field], loads: SliderSteps, profile: Callable[[Field], Profile]
-) -> list[list[Profile]]:
+def _at_loads(fields: list[Field], profile: Callable[[Field], Profile]) -> list[list[Profile]]:
     """Return the profile of each field at each load, empty where it is not stored."""
     nothing = np.empty(0), np.empty(0)
     return [
-        [nothing if at_load is None else profile(at_load) for at_load in item.at_loads(loads)]
+        [nothing if at_load is None else profile(at_load) for at_load in item.at_loads]
         for item in fields
     ]
 
@@ -304,7 +298,7 @@ def _shown(item: Field) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return x[rows], y[columns], p[rows, columns]
 
 
-def _maps(views: list[Field], loads: SliderSteps) -> list[Figure]:
+def _maps(views: list[Field]) -> list[Figure]:
     """Return the pressures of one or two methods, at all loads, with one scale of colours."""
     pixels = coarsened(*_shown(views[0]))[2]
     limit = _ceiling(pixels)
@@ -317,7 +311,7 @@ def _maps(views: list[Field], loads: SliderSteps) -> list[Figure]:
         if limit is not None:
             caption += " Colours end at the 98 % quantile: sharp and free edges are singular."
         frames = []
-        for item in view.at_loads(loads if view.earlier else NO_STEPS):
+        for item in view.stored:
             frame = Map(np.empty(0), np.empty(0), np.empty((0, 0)), "p", scale, highest)
             if item is not None and item.on_a_grid:
                 x, y, p = coarsened(*_shown(item))
@@ -330,9 +324,8 @@ def _maps(views: list[Field], loads: SliderSteps) -> list[Figure]:
     return figures
 
 
-def _difference(scene: SceneRecord, grid: Field, elements: Field, loads: SliderSteps) -> Figure:
+def _difference(scene: SceneRecord, grid: Field, elements: Field) -> Figure:
     """Return the pressure of the elements less that of the grid, on the same cells."""
-    pairs = list(zip(grid.at_loads(loads), elements.at_loads(loads), strict=True))
     x, y, last = coarsened(*_shown(replace(grid, pressure=elements.pressure - grid.pressure)))
     sizes = np.abs(last)
     limit = _ceiling(sizes)
@@ -343,7 +336,7 @@ def _difference(scene: SceneRecord, grid: Field, elements: Field, loads: SliderS
         signed=True,
     )
     frames = []
-    for before, after in pairs:
+    for before, after in zip(grid.at_loads, elements.at_loads, strict=True):
         if before is None or after is None:
             frames.append(frame)
             continue

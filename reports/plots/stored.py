@@ -58,21 +58,16 @@ class SliderSteps:
     name: str = "load"
 
 
-NO_STEPS = SliderSteps((), ())
-
-
 def slider_steps(scene: SceneRecord) -> SliderSteps:
     """Return the loads of the slider, or creeps; none for a single load, a path, a speed range."""
-    if scene.control not in (*NORMAL, "creep", "lateral_creep") or scene.is_path:
-        return NO_STEPS
     rows = scene.solved
     steps = rows["step"]
-    if not len(steps) or steps.min() < 0 or steps.max() > 10**6:
-        return NO_STEPS
-    count = int(steps.max()) + 1
+    known = len(steps) and steps.min() >= 0 and steps.max() <= 10**6
+    moved = scene.control in (*NORMAL, "creep", "lateral_creep") and not scene.is_path
+    count = int(steps.max()) + 1 if known and moved else 0
     chosen = shown_steps(count)
     if len(chosen) < 2:
-        return NO_STEPS
+        return SliderSteps((), ())
     values = rows[scene.control]
     row = quantity(scene.control)
     step_name = "load" if scene.control in NORMAL else "step"

@@ -20,7 +20,7 @@ from comparisons.tasks.stresses import FROM_PRESSURE, pressure_quantities
 from reference.halfspace.areas import corrected_area, patches
 from reports.plots.figure import outer
 from reports.plots.pressure import leading_map, pressure_fields
-from reports.plots.stored import NO_STEPS, slider_steps, stored_fields
+from reports.plots.stored import slider_steps, stored_fields
 from reports.plots.style import look
 from reports.tables import cells
 from reports.tables.cells import Cell, Head, Table
@@ -117,7 +117,6 @@ def spots(scene: SceneRecord) -> list[Table]:
     if not fields:
         return []
     leading = leading_map(scene, fields)
-    loads = slider_steps(scene) if leading.earlier else NO_STEPS
     shape, first = np.array(leading.shape), np.array([axis[0] for axis in leading.axes])
     spacing = np.array([np.diff(outer(axis))[0] for axis in leading.axes]) / shape
     surface = scene.tables.get("surface")
@@ -129,8 +128,9 @@ def spots(scene: SceneRecord) -> list[Table]:
         if leading.share is not None
         else "Areas are of counted cells, less what their staircase adds at a rim."
     )
-    labels, known = loads.labels or ("" if scene.of_one_load else "last load",), []
-    for item in leading.at_loads(loads):
+    labels = slider_steps(scene).labels if any(leading.earlier) else ()
+    labels, known = labels or ("" if scene.of_one_load else "last load",), []
+    for item in leading.stored:
         pressure = np.zeros(shape) if item is None else item.pressure.reshape(shape)
         found = patches(pressure > 0, tuple(spacing), periodic)
         largest = np.sort(found.areas)[::-1]

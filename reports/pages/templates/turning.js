@@ -19,7 +19,7 @@ const still = () => {
   Plotly.purge(canvas);
   canvas.hidden = true;
   if (picture) picture.hidden = false;
-  toggle.textContent = "Turn it";
+  toggle.textContent = "Rotate";
   toggle.setAttribute("aria-pressed", "false");
   turned = null;
 };

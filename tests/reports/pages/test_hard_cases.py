@@ -118,27 +118,6 @@ def test_a_lost_cluster_is_told_with_its_reason(hard_cases, monkeypatch, capsys)
     assert load_record(folder).interrupted
 
 
-OWN = """
-[cases.deep]
-title = "A ball pressed by a micrometre"
-hard = "nothing"
-like = "easy"
-scene."loading.penetration" = "1 um"
-"""
-
-
-def test_cases_of_a_file_are_run_beside_built_in_ones(hard_cases, tmp_path, capsys):
-    """From one table to the page: springs are exact for a paraboloid, as an easy scene says."""
-    (tmp_path / "own.toml").write_text(OWN)
-    code, folder = hard_cases("reduced", "--case", "load-one", "--case", str(tmp_path / "own.toml"))
-    assert code == 0
-    assert [(one.case, one.kind) for one in load_record(folder).outcomes] == [
-        ("load-one", "accurate"),
-        ("deep", "accurate"),
-    ]
-    assert "A ball pressed by a micrometre" in (folder / PAGE).read_text()
-
-
 def test_failures_are_hollow_crosses_at_the_upper_edge(record):
     """Lost and refused ones; a method never meant for a case has not failed."""
     figure = stability(

@@ -169,7 +169,8 @@ def test_of_a_single_load_there_is_a_table_in_place_of_curves():
     Nothing names the load step: there is no other.
     """
     one = {"loading": {"penetration": ["1 um"]}}
-    view = scene_view(solved("paraboloid", COARSE | one), "scene-1")
+    scene = solved("paraboloid", COARSE | one)
+    view = scene_view(scene, "scene-1")
     assert not view.figures["curves"]
     assert not view.figures["errors"]
     heads = [head.text.partition(" / ")[0] for head in view.values.heads]
@@ -178,6 +179,8 @@ def test_of_a_single_load_there_is_a_table_in_place_of_curves():
     place = heads.index("force F")
     rows = {row[0].text: row for row in view.values.rows}
     assert rows["closed form"][place + 1].text == "reference"
+    assert tuple(view.others["FFT BEM"].values()) == scene.verdicts_on("bem_fft")
+    assert not view.judged.keys() & view.others.keys()
     verdict = view.others["FFT BEM"]["force"]
     assert rows["FFT BEM"][place + 1].text == verdict.number
     assert verdict.text == f"force {verdict.number}"
@@ -197,14 +200,6 @@ def test_what_a_single_load_prescribes_is_judged_only_if_nothing_else_is_asked(a
         assert known == {"penetration": ("within", "")}
     else:
         assert known == {"force": (NO_RESULT, "prescribed, the same for all")}
-
-
-def test_the_page_of_one_scene_has_the_errors_of_every_solver():
-    """Those of FFT BEM stand below the model's, as the table of verdicts has them."""
-    scene = solved("paraboloid", COARSE | {"compare.quantities": ["force"]})
-    view = scene_view(scene, "scene-1")
-    assert list(view.others["FFT BEM"].values()) == list(scene.verdicts_on("bem_fft"))
-    assert not view.judged.keys() & view.others.keys()
 
 
 def test_pressure_alone_is_a_question_like_any_other(tmp_path, capsys):

@@ -65,6 +65,7 @@ def test_every_renderer_says_the_same_words(judged):
 
 def test_an_error_has_its_sign_and_bar_in_print_as_on_the_screen(judged):
     assert "+1.23 ± 0.04\u202f%" in on_a_terminal(judged)
+    assert 'data-key="0.0123" data-bar="0.0004"' in on_a_page(judged)
     assert "+1.23 ± 0.04\u202f%" in in_markdown(judged)
     missing = Verdict(quantity="pressure", at="force", tolerance=0.01, reason="not computed")
     page = on_a_page(table(("error",), [(cells.of_verdict(missing),)]))
