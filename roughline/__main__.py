@@ -111,17 +111,11 @@ def foreign_packages() -> list[str]:
     lines = []
     for name in PACKAGES:
         spec = find_spec(name)
-        origin = (
-            None
-            if spec is None
-            else spec.origin or next(iter(spec.submodule_search_locations or []), None)
-        )
-        if origin is None:
+        origin = spec and (spec.origin or next(iter(spec.submodule_search_locations or []), None))
+        if not origin:
             lines.append(f"{name}: not found; roughline's own is {home / name}")
-        elif Path(origin).resolve().parent != home / name:
-            lines.append(
-                f"{name}: {Path(origin).resolve().parent} shadows roughline's own {home / name}"
-            )
+        elif (other := Path(origin).resolve().parent) != home / name:
+            lines.append(f"{name}: {other} shadows roughline's own {home / name}")
     return lines
 
 
