@@ -235,11 +235,15 @@ def _part(terms: Sequence[np.ndarray], level: int) -> np.ndarray:
 
 
 def _freedom(parts: np.ndarray, counts: np.ndarray) -> np.ndarray:
-    """Return the degrees of freedom of a sum of variances, by Welch and Satterthwaite."""
+    """Return the degrees of freedom of a sum of variances, by Welch and Satterthwaite.
+
+    As many surfaces on all grids are one sample, of the finest: its parts cancel.
+    """
     with np.errstate(invalid="ignore", divide="ignore"):
         spread = (parts**2 / np.maximum(counts - 1, 1)).sum(axis=0)
         freedom = parts.sum(axis=0) ** 2 / spread
-    return np.where(spread > 0, np.maximum(freedom, 1.0), np.maximum(counts[-1] - 1, 1))
+    several = (counts != counts[-1]).any(axis=0) & (spread > 0)
+    return np.where(several, np.maximum(freedom, 1.0), np.maximum(counts[-1] - 1, 1))
 
 
 Curves = dict[str, np.ndarray]

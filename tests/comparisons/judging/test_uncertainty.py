@@ -343,8 +343,8 @@ T1 = 12.7062  # Student's t(0.975, 1)
         ([[[1, 1]] * 4, [[1, NAN], [1.1, NAN]]], [1.05, NAN], [0.05 * T1, NAN], ["", NO_ANSWER]),
         # the coarse grid lost all: the finer one has its own mean, of deviation sqrt(2)
         ([[[NAN]] * 4, [[1], [3]]], [2], [T1], [""]),
-        # a surface that only the finer grid has, as in merged runs of one grid each
-        ([[[1], [2]], [[1.5], [2.7], [99]]], [1.5 + 0.6], [6.7163], [""]),
+        # a surface that only the finer grid has, as in merged runs of one grid each: two are left
+        ([[[1], [2]], [[1.5], [2.7], [99]]], [1.5 + 0.6], [0.6 * T1], [""]),
         # surface 0 lost on the coarse grid, surface 1 on the fine one: two differences are left
         ([[[NAN], [2], [3], [4]], [[9], [NAN], [3.5], [4.7]]], [3 + 0.6], [2.6346], [""]),
         ([[[3]] * 5, [[3.5]] * 2], [3.5], [0], [""]),
