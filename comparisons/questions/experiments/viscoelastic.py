@@ -18,7 +18,6 @@ from comparisons.questions.experiments.experiment import (
     share_of,
     worst,
 )
-from comparisons.questions.experiments.rough_ensemble import compare
 from comparisons.questions.single import solve_scene
 from comparisons.solving.shared import shared
 from reduced.loads import Load, LoadPath
@@ -184,54 +183,39 @@ def corrected_rubber(
     return Finding(*worst(stated, true), _ROUNDING, details)
 
 
-_SCENE, _GRID, _LINES = "sliding-rough", 48, 300
-_FORCE = 20.0  # mN, of the scene
 # Four times the force, on many surfaces; what a finer grid changes, on a few of them.
 _MORE, _MANY, _FEW = 4.0, 64, 4
 
 
 @shared(maxsize=256)
-def _coefficients(method: str, grid: int, speed: float, force: float, count: int = 0) -> np.ndarray:
-    """Return the coefficients of friction of `count` surfaces (0: the scene's), or lines."""
-    changes: dict[str, object] = {
+def _coefficients(grid: int, speed: float, force: float, count: int) -> np.ndarray:
+    """Return the coefficients of friction of so many surfaces."""
+    changes = {
         "sliding.speed": [f"{speed!r} mm/s"],
         "loading.force": [f"{force!r} mN"],
+        "surface.realisations": count,
     }
-    if count:
-        changes["surface.realisations"] = count
-    solved = solve_scene(_SCENE, method, grid, changes).solution
+    solved = solve_scene("sliding-rough", "bem_fft", grid, changes).solution
     return np.asarray(solved.quantities["friction_coefficient"][:, 0])
 
 
-@experiment("rough-rubber", "speed v / (mm/s)")
-def rough_rubber(
-    effort: str,
-    *,
-    speed: Positive = 10.0,
-    force: Positive = _FORCE,
-    statement: Literal["line", "load"] = "line",
-) -> Finding:
-    """Friction of rough rubber: lines against surfaces, and its change with the load.
+@experiment("rough-rubber", "force / mN")
+def rough_rubber(effort: str, *, force: Positive = 20.0, speed: Positive = 10.0) -> Finding:
+    """Friction of rough rubber under four times the force against that under it.
 
-    Coefficients of friction at a speed in mm/s and a force in mN. ``"line"``: means over lines
-    against means over surfaces; the grid counts with its last change. ``"load"``: surfaces under
-    four times the force against the same surfaces under it. The ratio of many surfaces on one grid,
-    times what the next finer grid changes of that of a few: grids err alike at both loads. That
-    change is the bar of the grid.
+    Coefficients of friction of the same surfaces, at a speed in mm/s. The ratio of many surfaces on
+    one grid, times what the next finer grid changes of that of a few: grids err alike at both
+    loads. That change is the bar of the grid.
     """
     speed, force = float(speed), float(force)
-    finest = _GRID if effort == "full" else _GRID // 2
-    if statement == "line":
-        before, on_grid = (_coefficients("bem_fft", n, speed, force) for n in (finest, 2 * finest))
-        change = 1.25 * abs(float(on_grid.mean() / before.mean()) - 1)
-        lines = _coefficients("reduced", 2 * _GRID, speed, force, _LINES)
-        return compare(lines, on_grid, change, {})
+    full = effort == "full"
 
     def pair(grid: int, count: int) -> list[np.ndarray]:
-        return [_coefficients("bem_fft", grid, speed, f, count) for f in (_MORE * force, force)]
+        return [_coefficients(grid, speed, f, count) for f in (_MORE * force, force)]
 
-    more, base = pair(finest, _MANY if effort == "full" else _MANY // 4)
-    finer = pair(2 * finest, _FEW)
+    grid = 48 if full else 24
+    more, base = pair(grid, _MANY if full else _MANY // 4)
+    finer = pair(2 * grid, _FEW)
     ratio, scatter = ratio_of_means(more[:, None], base[:, None], paired=True)
     coarse = float(more[:_FEW].mean() / base[:_FEW].mean())
     change = float(finer[0].mean() / finer[1].mean()) / coarse
