@@ -45,58 +45,56 @@ def hertz(depth: np.ndarray) -> dict[str, np.ndarray]:
     }
 
 
-def sphere_rows(rng: np.random.Generator) -> pd.DataFrame:
-    exact, parts = hertz(DEPTHS), []
-    for method, (resolutions, seconds, growth, error, rate) in SPHERE_METHODS.items():
+def settings(scene: str, methods: dict, setup: float):
+    """Yield each setting: place from the coarsest, size of its error, columns of all its rows."""
+    for method, (resolutions, seconds, growth, error, rate) in methods.items():
         for level, resolution in enumerate(resolutions):
             took = seconds * growth**level
-            common = {
-                "scene": "steel-ball",
-                "method": method,
-                "options": "contact=penalty" if method == "fem" else "",
-                "resolution": resolution,
-                "realisation": "0",
-                "seconds": took,
-                "setup_seconds": 0.7 * took if method != "closed_form" else 0.0,
-                "compile_seconds": 0.4,
-                "unknowns": resolution ** (1 if method == "reduced" else 2),
-                "memory": 1e6 * growth**level,
-                "threads": 1,
-                "reference": "closed_form",
-            }
-            if method == "bem_dense" and level == 2:
-                reason = "active set cycled after 30 rounds: [<b>residual</b> 1e-3]"
-                parts.append(pd.DataFrame([common | {"converged": False, "reason": reason}]))
-                continue
-            signed = error / 2 ** (rate * level) * (-1.0 if method == "fem" else 1.0)
-            e_force = signed * (1 + 0.3 * rng.standard_normal(len(DEPTHS)))
-            e_area = 3 * e_force[::-1]
-            solved = {
-                "step": np.arange(len(DEPTHS)),
-                "penetration": DEPTHS,
-                "force": exact["force"] * (1 + e_force),
-                "contact_area": exact["contact_area"] * (1 + e_area),
-                "contact_area_raw": exact["contact_area"] * (1 + 2 * e_area),
-                "contact_radius": exact["contact_radius"],
-                "stiffness": exact["stiffness"],
-                "error_force": e_force,
-                "error_contact_area": e_area,
-                "reference_uncertainty": 0.0,
-                "reference_uncertainty_force": 0.0,
-                "reference_uncertainty_contact_area": 0.0,
-                "iterations": 12 + np.arange(len(DEPTHS)),
-                "violation": 1e-9,
-                "converged": True,
-            }
-            parts.append(pd.DataFrame(common | solved))
+            common = {"scene": scene, "method": method, "options": "", "resolution": resolution}
+            common |= {"realisation": "0", "converged": True}
+            # All solves that an error stands on are the one that is timed.
+            common |= dict.fromkeys(("seconds", "seconds_all"), took)
+            common |= dict.fromkeys(("setup_seconds", "setup_seconds_all"), setup * took)
+            common["unknowns"] = resolution ** (1 if method == "reduced" else 2)
+            yield level, error / 2 ** (rate * level), common
+
+
+def sphere_rows(rng: np.random.Generator) -> pd.DataFrame:
+    exact, parts = hertz(DEPTHS), []
+    for level, error, common in settings("steel-ball", SPHERE_METHODS, 0.7):
+        method = common["method"]
+        common |= {"compile_seconds": 0.4, "threads": 1, "reference": "closed_form"}
+        common["memory"] = 1e6 * SPHERE_METHODS[method][2] ** level
+        if method == "closed_form":
+            common |= {"setup_seconds": 0.0, "setup_seconds_all": 0.0}
+        if method == "fem":
+            common["options"], error = "contact=penalty", -error
+        if method == "bem_dense" and level == 2:
+            reason = "active set cycled after 30 rounds: [<b>residual</b> 1e-3]"
+            parts.append(pd.DataFrame([common | {"converged": False, "reason": reason}]))
+            continue
+        e_force = error * (1 + 0.3 * rng.standard_normal(len(DEPTHS)))
+        e_area = 3 * e_force[::-1]
+        solved = {
+            "step": np.arange(len(DEPTHS)),
+            "penetration": DEPTHS,
+            "force": exact["force"] * (1 + e_force),
+            "contact_area": exact["contact_area"] * (1 + e_area),
+            "contact_area_raw": exact["contact_area"] * (1 + 2 * e_area),
+            "contact_radius": exact["contact_radius"],
+            "stiffness": exact["stiffness"],
+            "error_force": e_force,
+            "error_contact_area": e_area,
+            "reference_uncertainty": 0.0,
+            "reference_uncertainty_force": 0.0,
+            "reference_uncertainty_contact_area": 0.0,
+            "iterations": 12 + np.arange(len(DEPTHS)),
+            "violation": 1e-9,
+        }
+        parts.append(pd.DataFrame(common | solved))
     refused = {"scene": "steel-ball", "method": "contactmechanics", "converged": False}
     parts.append(pd.DataFrame([refused | {"reason": ROUGH_ONLY}]))
-    return _one_surface(pd.concat(parts, ignore_index=True))
-
-
-def _one_surface(rows: pd.DataFrame) -> pd.DataFrame:
-    """All solves that an error stands on are the one that is timed."""
-    return rows.assign(seconds_all=rows["seconds"], setup_seconds_all=rows["setup_seconds"])
+    return pd.concat(parts, ignore_index=True)
 
 
 def verdicts_of(
@@ -238,46 +236,36 @@ ROUGH_METHODS = {
 def rough_rows(rng: np.random.Generator) -> pd.DataFrame:
     forces, parts = np.geomspace(1e-7, 1e-5, 8), []
     gap = 3e-8 * np.log(5e-5 / forces)
-    for method, (resolutions, seconds, growth, error, rate) in ROUGH_METHODS.items():
-        for level, resolution in enumerate(resolutions):
-            signed = error / 2 ** (rate * level)
-            scatter = 1 + 0.15 * rng.standard_normal((5, 1))
-            area = 9e-9 * (forces / 1e-5) ** 0.95 * scatter * (1 + signed) * 1e-4
-            depth = (2e-7 - gap) * scatter * (1 + 0.5 * signed)
-            is_truth = (method, resolution) == ("bem_fft", 128)
-            mean = {
-                "stderr_penetration": 0.03 * gap,
-                "stderr_contact_area": 0.06 * area.mean(axis=0),
-                "error_penetration": np.nan if is_truth else 0.5 * signed,
-                "error_contact_area": np.nan if is_truth else signed,
+    for _, error, common in settings("rough-patch", ROUGH_METHODS, 0.2):
+        scatter = 1 + 0.15 * rng.standard_normal((5, 1))
+        area = 9e-9 * (forces / 1e-5) ** 0.95 * scatter * (1 + error) * 1e-4
+        depth = (2e-7 - gap) * scatter * (1 + 0.5 * error)
+        is_truth = (common["method"], common["resolution"]) == ("bem_fft", 128)
+        mean = {
+            "stderr_penetration": 0.03 * gap,
+            "stderr_contact_area": 0.06 * area.mean(axis=0),
+            "error_penetration": np.nan if is_truth else 0.5 * error,
+            "error_contact_area": np.nan if is_truth else error,
+        }
+        for realisation in [*range(5), "mean"]:
+            pick = slice(None) if realisation == "mean" else [realisation]
+            solved = {
+                "realisation": str(realisation),
+                "step": range(len(forces)),
+                "force": forces,
+                "penetration": depth[pick].mean(axis=0),
+                "contact_area": area[pick].mean(axis=0),
+                "mean_gap": gap,
+                **(mean if realisation == "mean" else dict.fromkeys(mean, np.nan)),
+                "reference": "bem_fft 128",
+                "reference_uncertainty": 0.02,
+                "reference_uncertainty_penetration": 0.01,
+                "reference_uncertainty_contact_area": 0.02,
+                "iterations": 40,
+                "violation": 1e-10,
             }
-            for realisation in [*range(5), "mean"]:
-                pick = slice(None) if realisation == "mean" else [realisation]
-                solved = {
-                    "scene": "rough-patch",
-                    "method": method,
-                    "options": "",
-                    "resolution": resolution,
-                    "realisation": str(realisation),
-                    "step": range(len(forces)),
-                    "force": forces,
-                    "penetration": depth[pick].mean(axis=0),
-                    "contact_area": area[pick].mean(axis=0),
-                    "mean_gap": gap,
-                    **(mean if realisation == "mean" else dict.fromkeys(mean, np.nan)),
-                    "reference": "bem_fft 128",
-                    "reference_uncertainty": 0.02,
-                    "reference_uncertainty_penetration": 0.01,
-                    "reference_uncertainty_contact_area": 0.02,
-                    "seconds": seconds * growth**level,
-                    "setup_seconds": 0.2 * seconds * growth**level,
-                    "unknowns": resolution ** (1 if method == "reduced" else 2),
-                    "iterations": 40,
-                    "violation": 1e-10,
-                    "converged": True,
-                }
-                parts.append(pd.DataFrame(solved))
-    return _one_surface(pd.concat(parts, ignore_index=True))
+            parts.append(pd.DataFrame(common | solved))
+    return pd.concat(parts, ignore_index=True)
 
 
 def rough_fields(folder: Path, rng: np.random.Generator) -> dict[tuple[str, int], Path]:
@@ -349,9 +337,10 @@ def rough_scene(folder: Path, rng: np.random.Generator) -> SceneRecord:
     )
 
 
-def synthetic_study(folder: Path, copies: int = 1) -> StudyRecord:
-    rng = np.random.default_rng(7)
-    scenes = (sphere_scene(folder, rng), rough_scene(folder, rng)) * copies
+@pytest.fixture(scope="session")
+def study(tmp_path_factory) -> StudyRecord:
+    """Write the synthetic study that several tests render."""
+    folder, rng = tmp_path_factory.mktemp("study"), np.random.default_rng(7)
     record = StudyRecord(
         directory=folder,
         created="2026-01-31T12:00:00+00:00",
@@ -366,13 +355,7 @@ def synthetic_study(folder: Path, copies: int = 1) -> StudyRecord:
             "threads": 2,
         },
         versions={"roughline": "0.1.0", "numpy": "2.1.0", "scipy": "1.14.1"},
-        scenes=scenes,
+        scenes=(sphere_scene(folder, rng), rough_scene(folder, rng)),
     )
     save_study(record)
     return record
-
-
-@pytest.fixture(scope="session")
-def study(tmp_path_factory) -> StudyRecord:
-    """Write the synthetic study that several tests render."""
-    return synthetic_study(tmp_path_factory.mktemp("study"))
