@@ -28,6 +28,7 @@ from comparisons.facts.methods import METHODS, references
 from comparisons.files import write_atomically
 from comparisons.results.record import SceneRecord
 from reports.pictures import NOTHING, ColourBar, Picture, turning
+from reports.pictures.rendering import Piece, Shape, deformed_piece, opened_surface, surface
 from reports.plots.stored import stored_fields
 
 FOLDER = "pictures"  # in the results folder
@@ -40,9 +41,9 @@ RENDERER_MISSING = "No picture: this machine has no working renderer."
 
 @dataclass(frozen=True)
 class Job:
-    """Input of the rendering process, and the picture to complete with its PNG."""
+    """What the rendering process draws, and the picture to complete with its PNG."""
 
-    arrays: dict[str, np.ndarray]
+    shape: Shape
     caption: str
     bar: ColourBar
 
@@ -53,18 +54,15 @@ def draw(scenes: Sequence[SceneRecord], directory: Path) -> list[Picture]:
     What was drawn stays in the results folder `directory`, for the next report.
     """
     jobs = [picture_job(scene) for scene in scenes]
-    images = iter(stored_or_rendered([job.arrays for job in jobs if job], directory / FOLDER))
+    images = iter(stored_or_rendered([job.shape.arrays for job in jobs if job], directory / FOLDER))
     drawn = []
     for job in jobs:
         if job is None:
             drawn.append(Picture(note=NOTHING))
             continue
-        png, view = next(images), None
-        # External arrays may not allow an interactive view.
-        with contextlib.suppress(ValueError, ArithmeticError, IndexError, MemoryError):
-            view = turning.view(job.arrays)
+        png = next(images)
         note = "" if png else RENDERER_MISSING
-        drawn.append(Picture(png, job.caption, job.bar, note, view))
+        drawn.append(Picture(png, job.caption, job.bar, note, turning.view(job.shape)))
     return drawn
 
 
@@ -149,9 +147,10 @@ def picture_job(scene: SceneRecord) -> Job | None:
     stored = list(stored_fields(scene, order))
     for build in (_rough_job, _body_job, particle_job, _hill_job):
         for item in stored:
-            job = build(item.source, item.fields)
-            if job is not None:
-                return job
+            # External arrays may not make a shape.
+            with contextlib.suppress(ValueError, ArithmeticError, IndexError, MemoryError):
+                if job := build(item.source, item.fields):
+                    return job
     return None
 
 
@@ -167,7 +166,11 @@ def _rough_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
     size = np.ravel(fields["size"]) * np.ones(2)
     exaggeration = _exaggeration(size.max(), np.ptp(heights))
     scale = fmt.prefix_for(heights, "m")
-    arrays = {"heights": heights, "touching": touching, "size": size}
+    # In units of its longer side, about its middle.
+    sides = zip(heights.shape, size / size.max(), strict=True)
+    x, y = np.meshgrid(*(((np.arange(n) + 0.5) / n - 0.5) * a for n, a in sides), indexing="ij")
+    z = (heights - heights.mean()) * exaggeration / size.max()
+    shade = np.where(touching, np.nan, (heights - heights.min()) / np.ptp(heights))
     caption = (
         f"The rough surface, peaks up ({fmt.with_unit(size[0], 'm')} × "
         f"{fmt.with_unit(size[1], 'm')}); its contacts at the last load in orange ({source}). "
@@ -179,7 +182,7 @@ def _rough_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
         fmt.number(heights.max() * scale.factor),
         "cividis",
     )
-    return _job("rough", caption, bar, exaggeration=exaggeration, **arrays)
+    return Job(surface(x, y, z, shade, "cividis", 0.0), caption, bar)
 
 
 def _body_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
@@ -206,15 +209,17 @@ def _body_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
     distance, nearest = cKDTree(np.column_stack([x, y])).query(points[:, :2])
     on_top = np.abs(points[:, 2]) <= 1e-9 * reach
     known = np.where(distance < 1e-6 * reach, pressure[nearest], 0.0)
-    arrays = {name: np.asarray(fields[name]) for name in sorted(needed)}
-    arrays["pressure"] = np.where(on_top, known, np.nan)
-    scalars = {"reach": reach, "highest": highest, "exaggeration": exaggeration}
+    whole = Piece(points / reach, fields["mesh_cells"], stress, np.where(on_top, known, np.nan))
+    shift = fields["mesh_displacement"] / reach * exaggeration
+    body = opened_surface(deformed_piece(whole, shift))
     caption = (
         f"The body cut open ({source}) at the last load; the line is the "
         f"contact boundary. {_exaggerated('Displacements', exaggeration)} The part shown is "
         f"{fmt.with_unit(2 * reach, 'm')} wide."
     )
-    return _job("body", caption, _from_zero("von Mises stress", highest), **arrays, **scalars)
+    shade, triangles = body.stress / highest, body.cells
+    shape = Shape(body.points, shade, "viridis", -0.36, 1.32, (), triangles, body.pressure)
+    return Job(shape, caption, _from_zero("von Mises stress", highest))
 
 
 def particle_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
@@ -240,14 +245,14 @@ def particle_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
     exaggeration = _exaggeration(reach, deepest)
     stress = np.asarray(fields["particle_von_mises"], dtype=float)[near]
     highest = float(np.quantile(stress, 0.999))
-    shown = {"places": (places[near] + exaggeration * shift) / reach, "stress": stress}
+    shown = (places[near] + exaggeration * shift) / reach * np.array([1.0, 1.0, -1.0])
     caption = (
         f"The particles around the contact ({source}) at the last load, a "
         f"quarter of them taken away. {_exaggerated('Displacements', exaggeration)} The part shown "
         f"is {fmt.with_unit(2 * reach, 'm')} wide."
     )
-    bar = _from_zero("von Mises stress", highest)
-    return _job("particles", caption, bar, spacing=spacing / reach, highest=highest, **shown)
+    shape = Shape(shown, stress / highest, "viridis", -0.36, 1.32, ball=spacing / reach)
+    return Job(shape, caption, _from_zero("von Mises stress", highest))
 
 
 def _hill_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
@@ -263,13 +268,13 @@ def _hill_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
     caption = f"The contact pressure at the last load as a surface ({source})."
     if highest < peak:
         caption += f" Peaks above {fmt.with_unit(highest, 'Pa')} are cut off."
-    bar = _from_zero("pressure p", highest)
-    return _job("hill", caption, bar, x=x, y=y, pressure=np.minimum(p, highest), highest=highest)
-
-
-def _job(kind: str, caption: str, bar: ColourBar, **values: np.ndarray | float) -> Job:
-    arrays = {"kind": np.array(kind)} | {name: np.asarray(own) for name, own in values.items()}
-    return Job(arrays, caption, bar)
+    # In units of some 1.3 times the width of the contact, about its middle.
+    inside, shade = p > 0, np.minimum(p, highest) / highest
+    side = max(np.ptp(x[inside]), np.ptp(y[inside])) * 1.3 or 1.0
+    x, y = ((values - values[inside].mean()) / side for values in (x, y))
+    box = np.ix_(np.abs(x[:, 0]) <= 0.5, np.abs(y[0, :]) <= 0.5)
+    shape = surface(x[box], y[box], 0.4 * shade[box], shade[box], "viridis", 0.12)
+    return Job(shape, caption, _from_zero("pressure p", highest))
 
 
 def _from_zero(label: str, highest: float) -> ColourBar:

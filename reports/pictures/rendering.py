@@ -1,8 +1,8 @@
 """The shapes of pictures as arrays, and their rendering in a process of its own, which may crash.
 
 Run as ``python -m reports.pictures.rendering IN.npz OUT.png [IN.npz OUT.png ...]``;
-`reports.pictures.pictures` defines the contents of the input, and `reports.pictures.turning` shows
-the same shapes: rough surfaces, hills of pressure, bodies deformed and cut open, particles.
+`reports.pictures.pictures` makes the shapes, and `reports.pictures.turning` turns the same ones:
+rough surfaces, hills of pressure, bodies deformed and cut open, particles.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 import gc
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 WINDOW = (810, 540)
 MOST_SURFACE_POINTS = 400
 VIEW = np.array([1.0, -1.25, 0.95])  # the common camera: front right, from above
-Job = dict[str, np.ndarray]
 # Corners of the faces of a brick and of a tetrahedron in VTK order, normals outwards.
 _FACES = {
     8: ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
@@ -35,16 +34,40 @@ _FACES = {
 
 @dataclass(frozen=True)
 class Shape:
-    """What a job shows, the surface up: a grid of points, triangles between them, or balls."""
+    """What a picture shows, the surface up: a grid of points, triangles between them, or balls."""
 
     points: np.ndarray
     shade: np.ndarray  # of each point, its place on the palette; NaN: in contact
     palette: str
     middle: float  # height of what the camera looks at
     half: float  # height of a picture, halved
-    grid: tuple[int, ...] = ()
-    opened: Piece | None = None  # the surface of a body
+    grid: Sequence[int] = ()
+    triangles: np.ndarray | None = None
+    pressure: np.ndarray | None = None  # at the points of a body; NaN inside
     ball: float = 0.0  # diameter
+
+    @property
+    def arrays(self) -> dict[str, np.ndarray]:
+        """The shape as a file holds it."""
+        known = {name: value for name, value in vars(self).items() if value is not None}
+        return {name: np.asarray(value) for name, value in known.items()}
+
+    def thinned(self, most: int) -> Shape:
+        """Return a surface with at most so many points per side; other shapes as they are."""
+        if not len(self.grid):
+            return self
+        step = int(np.ceil(max(self.grid) / most))
+        places = np.arange(len(self.points)).reshape(self.grid)[::step, ::step]
+        kept = self.points[places.ravel()], self.shade[places.ravel()]
+        return replace(self, points=kept[0], shade=kept[1], grid=places.shape)
+
+
+def surface(
+    x: np.ndarray, y: np.ndarray, z: np.ndarray, shade: np.ndarray, palette: str, middle: float
+) -> Shape:
+    """Return a surface from 2-D arrays."""
+    points = np.column_stack([x.ravel(), y.ravel(), z.ravel()])
+    return Shape(points, shade.ravel(), palette, middle, 0.53, z.shape)
 
 
 @dataclass(frozen=True)
@@ -57,15 +80,12 @@ class Piece:
     pressure: np.ndarray
 
 
-def deformed_piece(job: Job) -> Piece:
-    """Return the body in a box of twice the reach around the contact, completed by symmetry.
+def deformed_piece(body: Piece, shift: np.ndarray) -> Piece:
+    """Return a body that is shifted, in the box [-1, 1]^3 alone, completed by symmetry.
 
     Corners of cells that cross the box move onto its walls, with the fields of four neighbours.
     """
-    reach = float(job["reach"])
-    points = job["mesh_points"] / reach
-    shift = job["mesh_displacement"] / reach * float(job["exaggeration"])
-    stress, cells = job["mesh_von_mises"], job["mesh_cells"]
+    points, cells, stress, pressure = body.points, body.cells, body.stress, body.pressure
     cells = cells[np.abs(points[cells]).min(axis=1).max(axis=1) <= 1.0]
     inside = np.clip(points, -1.0, 1.0)
     beyond = (inside != points).any(axis=1)
@@ -77,7 +97,6 @@ def deformed_piece(job: Job) -> Piece:
         shift[beyond] = np.einsum("pk,pkc->pc", weight, shift[near])
         stress[beyond] = np.einsum("pk,pk->p", weight, stress[near])
         points = inside
-    pressure = job["pressure"]
     moved = points + shift
     if points[:, 2].mean() > 0:
         moved, cells = mirrored(moved, cells, 2)
@@ -120,82 +139,25 @@ def opened_surface(piece: Piece) -> Piece:
     return Piece(piece.points[chosen], triangles.reshape(-1, 3), *fields)
 
 
-def shape_of(job: Job, most: int = MOST_SURFACE_POINTS) -> Shape:
-    """Return the shape of a job, on surfaces with at most so many points per side."""
-    return SHAPES[str(job["kind"])](job, most)
-
-
-def _rough(job: Job, most: int) -> Shape:
-    """Return a rough surface, exaggerated; its longer side is 1."""
-    heights, longest = job["heights"], job["size"].max()
-    sides = zip(heights.shape, job["size"] / longest, strict=True)
-    x, y = np.meshgrid(*(((np.arange(n) + 0.5) / n - 0.5) * a for n, a in sides), indexing="ij")
-    z = (heights - heights.mean()) * float(job["exaggeration"]) / longest
-    shade = (heights - heights.min()) / max(np.ptp(heights), np.finfo(float).tiny)
-    return _surface(x, y, z, np.where(job["touching"], np.nan, shade), "cividis", 0.0, most)
-
-
-def _hill(job: Job, most: int) -> Shape:
-    """Return the pressure around the contact as heights, some 1.3 times as wide as it."""
-    x, y, p = job["x"], job["y"], job["pressure"]
-    inside = p > 0
-    side = max(np.ptp(x[inside]), np.ptp(y[inside])) * 1.3 or 1.0
-    x, y = ((values - values[inside].mean()) / side for values in (x, y))
-    box = np.ix_(np.abs(x[:, 0]) <= 0.5, np.abs(y[0, :]) <= 0.5)
-    shade = p[box] / float(job["highest"])
-    return _surface(x[box], y[box], 0.4 * shade, shade, "viridis", 0.12, most)
-
-
-def _surface(
-    x: np.ndarray,
-    y: np.ndarray,
-    z: np.ndarray,
-    shade: np.ndarray,
-    palette: str,
-    middle: float,
-    most: int,
-) -> Shape:
-    step = int(np.ceil(max(z.shape) / most))
-    x, y, z, shade = (values[::step, ::step] for values in (x, y, z, shade))
-    points = np.column_stack([x.ravel(), y.ravel(), z.ravel()])
-    return Shape(points, shade.ravel(), palette, middle, 0.53, z.shape)
-
-
-def _body(job: Job, _: int) -> Shape:
-    """Return the surface of the body near the contact, cut open."""
-    body = opened_surface(deformed_piece(job))
-    shade = body.stress / float(job["highest"])
-    return Shape(body.points, shade, "viridis", -0.36, 1.32, opened=body)
-
-
-def _particles(job: Job, _: int) -> Shape:
-    """Return the particles as balls, a quarter of them taken away."""
-    points, shade = job["places"] * np.array([1.0, 1.0, -1.0]), job["stress"] / job["highest"]
-    return Shape(points, shade, "viridis", -0.36, 1.32, ball=float(job["spacing"]))
-
-
-SHAPES = {"rough": _rough, "hill": _hill, "body": _body, "particles": _particles}
-
-
 def draw(plotter: Plotter, shape: Shape) -> None:
     """Draw a shape; of a body its edges, and the rim of the contact, too."""
     from pyvista import PolyData, Sphere, StructuredGrid
 
     scale: dict[str, Any] = {"cmap": shape.palette, "clim": [0, 1], "show_scalar_bar": False}
     scale |= {"scalars": "shade", "specular": 0.0}
-    if shape.grid:
-        surface = StructuredGrid(*shape.points.T.reshape(3, *shape.grid))
-        surface["shade"] = shape.shade.reshape(shape.grid).ravel(order="F")
+    if len(shape.grid):
+        grid = StructuredGrid(*shape.points.T.reshape(3, *shape.grid))
+        grid["shade"] = shape.shade.reshape(shape.grid).ravel(order="F")
         scale |= {"nan_color": CONTACT, "interpolate_before_map": False}
-        plotter.add_mesh(surface, smooth_shading=True, **scale)
+        plotter.add_mesh(grid, smooth_shading=True, **scale)
     elif shape.ball:
         cloud = PolyData(shape.points)
         cloud["shade"] = shape.shade
         ball = Sphere(radius=0.5 * shape.ball, theta_resolution=14, phi_resolution=10)
         balls = cloud.glyph(geom=ball, scale=False, orient=False)
         plotter.add_mesh(balls, smooth_shading=True, ambient=0.5, **scale)
-    elif shape.opened:
-        cells, pressure = shape.opened.cells, shape.opened.pressure
+    elif shape.triangles is not None and shape.pressure is not None:
+        cells, pressure = shape.triangles, shape.pressure
         body = PolyData.from_regular_faces(shape.points, cells)
         body["shade"] = shape.shade
         plotter.add_mesh(body, lighting=False, **scale)  # shading would tell other stresses
@@ -216,11 +178,12 @@ def main(arguments: Sequence[str]) -> None:
 
     for source, target in zip(arguments[::2], arguments[1::2], strict=True):
         with np.load(source, allow_pickle=False) as archive:
-            job = {name: archive[name] for name in archive.files}
+            known = {name: archive[name] for name in archive.files}
         plotter = Plotter(off_screen=True, window_size=list(WINDOW), lighting="light kit")
         plotter.enable_anti_aliasing("ssaa")
-        shape, camera = shape_of(job), plotter.camera
-        draw(plotter, shape)
+        shape = Shape(**{name: v if v.ndim else v.item() for name, v in known.items()})
+        draw(plotter, shape.thinned(MOST_SURFACE_POINTS))
+        camera = plotter.camera
         camera.enable_parallel_projection()
         camera.focal_point = 0.0, 0.0, shape.middle
         camera.position = tuple(camera.focal_point + 5 * shape.half * VIEW)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from reports.pictures.rendering import Job, shape_of
+from reports.pictures.rendering import Shape
 from reports.plots.style import CONTACT
 
 MOST_POINTS = 96  # per side of a surface
@@ -30,9 +30,9 @@ LIT = {"ambient": 0.75, "diffuse": 0.5, "specular": 0.0}
 UNLIT = {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0}
 
 
-def view(job: Job) -> dict[str, Any]:
-    """Return data and layout of the interactive view of a rendering job."""
-    shape = shape_of(job, MOST_POINTS)
+def view(shape: Shape) -> dict[str, Any]:
+    """Return data and layout of the interactive view of a shape."""
+    shape = shape.thinned(MOST_POINTS)
     colours: dict[str, Any] = {"colorscale": "Viridis", "cmin": 0.0, "cmax": SHADES}
     shade = shape.shade
     if shape.palette == "cividis":
@@ -52,8 +52,8 @@ def view(job: Job) -> dict[str, Any]:
         marker = {"size": BALLS * shape.ball, "color": _shades(shade), **colours}
         marker |= {"opacity": 1.0, "line": {"width": 0}}
         trace = {"type": "scatter3d", "mode": "markers", "marker": marker}
-    elif shape.opened:
-        corners = zip("ijk", shape.opened.cells.T, strict=True)
+    elif shape.triangles is not None:
+        corners = zip("ijk", shape.triangles.T, strict=True)
         trace |= {name: _packed(corner, "u4") for name, corner in corners}
         trace |= {"intensity": _shades(shade), "lighting": UNLIT}
     # In steps of the largest extent, which are finer than a screen.

@@ -160,6 +160,6 @@ def test_particles_go_into_files_and_pictures(asked, solved):
     assert 0 < deepest[2] < radius
     job = pictures.particle_job("MCA, N = 2", fields)
     assert "a quarter of them taken away" in job.caption
-    assert turning.view(job.arrays)["data"][0]["type"] == "scatter3d"
+    assert turning.view(job.shape)["data"][0]["type"] == "scatter3d"
     # what cannot be seen is not drawn
-    assert len(job.arrays["places"]) < 0.75 * len(mesh.points)
+    assert len(job.shape.points) < 0.75 * len(mesh.points)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from reports.pictures import pictures, rendering, turning
-from reports.pictures.rendering import Piece, deformed_piece, opened_surface
+from reports.pictures.rendering import Piece, Shape, opened_surface
 
 JOBS = [{"kind": np.array("hill")}, {"kind": np.array("hill")}, {"kind": np.array("hill")}]
 
@@ -96,10 +96,11 @@ def test_a_hill_of_pressure_is_cut_off_at_sharp_edges_only_and_says_so():
         return pictures._hill_job("FFT BEM", {**fields, "pressure_shape": np.array(x.shape)})
 
     round_one = hill(np.sqrt(np.maximum(1 - x**2 - y**2, 1e-6)))
-    assert float(round_one.arrays["highest"]) == 1.0
+    assert round_one.bar.high == "1.00"
     assert "cut off" not in round_one.caption
     sharp = hill(np.where((x == 0) & (y == 0), 100.0, x**2 + y**2 < 1))
-    assert float(sharp.arrays["highest"]) == 4.0
+    assert sharp.bar.high == "4.00"
+    assert np.nanmax(sharp.shape.shade) == 1.0
     assert "are cut off" in sharp.caption
 
 
@@ -129,9 +130,8 @@ def test_pictures_are_drawn_here(study, tmp_path):
 
 @pytest.mark.slow
 def test_the_renderer_uses_nothing_that_pyvista_gives_up(study):
-    balls = {"kind": np.array("particles"), "places": np.eye(3), "stress": np.ones(3)}
-    jobs = [{**balls, "spacing": np.array(0.1), "highest": np.array(1.0)}]
-    jobs += [pictures.picture_job(scene).arrays for scene in study.scenes]
+    jobs = [Shape(np.eye(3), np.ones(3), "viridis", 0.0, 1.0, ball=0.1).arrays]
+    jobs += [pictures.picture_job(scene).shape.arrays for scene in study.scenes]
     plain = [sys.executable, "-m", "reports.pictures.rendering"]
     if not any(pictures.render(jobs, plain)):
         pytest.skip("no renderer")
@@ -180,22 +180,22 @@ def test_the_cut_block_is_closed_and_three_quarters_of_it(n):
 
 def test_mirror_images_are_sewn_together(study):
     """A quarter of a block, completed: without inner walls its volume is that of the box."""
-    job = pictures.picture_job(study.scenes[0]).arrays
-    flat = job | {"mesh_displacement": 0 * job["mesh_displacement"]}
-    surface = opened_surface(deformed_piece(flat))
-    assert np.abs(surface.points).max() <= 1.0 + 1e-12
-    assert enclosed(surface.points, surface.cells) == pytest.approx(0.75 * 2 * 2 * 1, rel=1e-6)
+    fields = study.scenes[0].load_fields("fem", 16)
+    fields["mesh_displacement"] *= 0
+    flat = pictures._body_job("FEM", fields).shape
+    assert np.abs(flat.points).max() <= 1.0 + 1e-12
+    assert enclosed(flat.points, flat.triangles) == pytest.approx(0.75 * 2 * 2 * 1, rel=1e-6)
 
 
 def test_every_scene_of_the_study_has_a_view(study):
-    body, rough = (turning.view(pictures.picture_job(scene).arrays) for scene in study.scenes)
+    body, rough = (turning.view(pictures.picture_job(scene).shape) for scene in study.scenes)
     (trace,) = rough["data"]
     rows, columns = trace["grid"]
     assert len(unpacked(trace["x"])) == rows * columns
     assert len(unpacked(trace["intensity"])) == 2 * (rows - 1) * (columns - 1)
     assert trace["intensitymode"] == "cell"
     # Contacts, and nothing else, have the last shade.
-    touching = pictures.picture_job(study.scenes[1]).arrays["touching"]
+    touching = np.isnan(pictures.picture_job(study.scenes[1]).shape.shade).reshape(rows, columns)
     assert (unpacked(trace["intensity"]) == 255).sum() == 2 * touching[:-1, :-1].sum()
     (mesh,) = body["data"]
     count = len(unpacked(mesh["x"]))
