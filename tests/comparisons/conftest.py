@@ -5,6 +5,7 @@ from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from comparisons.scene.scene import Scene, load_scene, make_scene
@@ -22,6 +23,7 @@ ROUGH = {
     "rms_slope": 0.1,
     "seed": 3,
 }
+FORCE = {"force": {"values": [0.01, 0.05], "relative_to": "E* A0 h'"}}
 
 
 @pytest.fixture(scope="session")
@@ -40,15 +42,33 @@ def scene():
 @pytest.fixture(scope="session")
 def rough(scene):
     def make(name="test", loading=None, compare=None, methods=None, **surface) -> Scene:
-        force = {"values": [0.01, 0.05], "relative_to": "E* A0 h'"}
         tables = {"compare": compare} if compare else {}
         tables |= {"methods": methods} if methods else {}
         return scene(
             surface={k: v for k, v in (ROUGH | surface).items() if v is not None},
             name=name,
-            loading=loading or {"force": force},
+            loading=loading or FORCE,
             **tables,
         )
+
+    return make
+
+
+@pytest.fixture
+def mapped(scene, tmp_path):
+    """Return a maker of scenes over a map on disk, of 1 um x 1 um and taken as it is."""
+    usual = {
+        "kind": "map",
+        "file": "map.npy",
+        "height_unit": "m",
+        "size": "1 um",
+        "detrend": "none",
+    }
+
+    def make(heights, loading=None, tables=None, **surface) -> Scene:
+        np.save(tmp_path / "map.npy", heights)
+        surface = {k: v for k, v in (usual | surface).items() if v is not None}
+        return scene(tmp_path, surface=surface, loading=loading or FORCE, **tables or {})
 
     return make
 

@@ -6,28 +6,11 @@ import pytest
 from comparisons.geometry.prepare import equivalent_profile, prepare
 from comparisons.judging.truth import truths
 from comparisons.methods.normal.reduced import line_spectrum
-from comparisons.methods.registry import solver_for
 from comparisons.scene.scene import SceneError, load_scene
-from comparisons.solving.planning import plan_scene
 from reference.contact.press import press
 from reference.halfspace import PeriodicOperator
 from reference.halfspace.areas import located_area
 from reference.loads import Load
-
-
-@pytest.fixture
-def measured(scene, tmp_path):
-    """Return a maker of scenes over a map on disk, as it is (no detrending)."""
-
-    def make(heights, size=(1e-6, 1e-6), force=(0.01, 0.05), relative=True, **surface):
-        np.save(tmp_path / "map.npy", heights)
-        load = {"values": list(force)} | ({"relative_to": "E* A0 h'"} if relative else {})
-        table = {"kind": "map", "file": "map.npy", "size": list(size), "height_unit": "m"}
-        return scene(
-            tmp_path, surface=table | {"detrend": "none"} | surface, loading={"force": load}
-        )
-
-    return make
 
 
 def smooth_map(nx=24, ny=16):
@@ -61,29 +44,29 @@ def test_a_coarser_grid_takes_points_of_the_surface(rough):
     np.testing.assert_array_equal(geometry.heights(2, 4), native[::4, ::4])
 
 
-def test_a_finer_measured_grid_covers_the_same_sides_with_cells_of_the_same_centres(measured):
+def test_a_finer_measured_grid_covers_the_same_sides_with_cells_of_the_same_centres(mapped):
     """Three cells for one: the middle one has the measured cell's centre, so its height.
 
     Splines interpolate, so the middle cells agree to round-off; and a plane stays a plane away
     from the border, where the spline takes the surface for its own mirror image.
     """
     heights = smooth_map()
-    geometry, _ = prepare(measured(heights))
+    geometry, _ = prepare(mapped(heights))
     fine = geometry.heights(0, 72)
     assert fine.shape == (72, 48)
     assert geometry.spacing(fine) == pytest.approx((1e-6 / 72, 1e-6 / 48), rel=1e-15)
     np.testing.assert_allclose(fine[1::3, 1::3], heights, atol=1e-9 * np.ptp(heights))
     x = np.arange(24.0)[:, None] * np.ones(16) * 1e-9
-    plane, _ = prepare(measured(x))
+    plane, _ = prepare(mapped(x))
     slope = np.diff(plane.heights(0, 48)[16:-16], axis=0)
     np.testing.assert_allclose(slope, 0.5e-9, rtol=1e-3)
 
 
-def test_a_finer_measured_grid_is_no_rougher_than_the_surface(measured):
+def test_a_finer_measured_grid_is_no_rougher_than_the_surface(mapped):
     """Against the smooth function that the map was taken from; spline error falls as h^4 inside."""
     errors = []
     for n in (12, 24):
-        geometry, _ = prepare(measured(smooth_map(n, n)))
+        geometry, _ = prepare(mapped(smooth_map(n, n)))
         inside = slice(n // 2, -n // 2)
         exact = smooth_map(2 * n, 2 * n)
         errors.append(np.abs(geometry.heights(0, 2 * n) - exact)[inside, inside].max())
@@ -91,14 +74,14 @@ def test_a_finer_measured_grid_is_no_rougher_than_the_surface(measured):
     assert errors[1] < 1e-3 * np.ptp(smooth_map())
 
 
-def test_a_periodic_map_of_a_synthetic_surface_is_that_surface(measured, rough):
+def test_a_periodic_map_of_a_synthetic_surface_is_that_surface(mapped, rough):
     """Heights on every grid, and h', to the round-off of the transforms: rows add up to L h' 1e-15.
 
     The map is read as it is, less its mean, which is zero.
     """
     synthetic, loads = prepare(rough(points=[16, 24], size=["1 um", "1.5 um"], periodic=True))
     native = synthetic.heights(0, 16)
-    map_ = measured(native, size=(1e-6, 1.5e-6), periodic=True, detrend="mean")
+    map_ = mapped(native, size=[1e-6, 1.5e-6], periodic=True, detrend="mean")
     geometry, its_loads = prepare(map_)
     assert geometry.treatment[-1] == "mean subtracted"
     assert geometry.rms_slope == pytest.approx(synthetic.rms_slope, rel=1e-12)
@@ -135,23 +118,23 @@ def test_relative_force_of_a_surface_given_by_its_height(rough):
     np.testing.assert_allclose(prepare(second)[1].values, prepare(first)[1].values, rtol=1e-12)
 
 
-def test_relative_force_of_a_map(measured):
+def test_relative_force_of_a_map(mapped):
     """Forward differences: a plane of slopes 0.3 and 0.4 has h' = 0.5 exactly."""
     x = (np.arange(12) * 1e-6 / 12)[:, None]
     y = (np.arange(8) * 2e-6 / 8)[None, :]
-    scene = measured(0.3 * x + 0.4 * y, size=(1e-6, 2e-6))
+    scene = mapped(0.3 * x + 0.4 * y, size=[1e-6, 2e-6])
     geometry, loads = prepare(scene)
     assert geometry.rms_slope == pytest.approx(0.5, rel=1e-12)
     nominal = scene.effective_modulus * 2e-12 * 0.5
     np.testing.assert_allclose(loads.values, [0.01 * nominal, 0.05 * nominal], rtol=1e-12)
 
 
-def test_a_map_that_cannot_be_used_is_a_problem_of_the_scene(measured):
+def test_a_map_that_cannot_be_used_is_a_problem_of_the_scene(mapped):
     with pytest.raises(SceneError, match=r"surface.file: .*npy: the map is flat"):
-        prepare(measured(np.zeros((8, 8))))
+        prepare(mapped(np.zeros((8, 8))))
     for factor in (1e200, 1e-200):
         with pytest.raises(SceneError, match=r"surface.file: .*npy: heights over a range of "):
-            prepare(measured(factor * smooth_map()))
+            prepare(mapped(factor * smooth_map()))
 
 
 def test_the_contact_is_estimated_from_the_last_load(scene):
@@ -205,29 +188,13 @@ def test_a_table_of_two_points_is_a_cone_with_a_sharp_edge(scene, interpolation)
     assert geometry.contact_radius == pytest.approx(2 / np.pi * 1e-4, rel=1e-6)
 
 
-SIDE, MODULUS, FORCES = 640e-9, 100e9, (1e-6, 1e-5)
+SIDE, MODULUS, FORCES = 640e-9, 100e9, [1e-6, 1e-5]
 
 
 def waves(points):
     """Two crossed cosines, 5(cos x + cos y) nm, the peak at the corner."""
     x = 2 * np.pi * np.arange(points) / points
     return 5e-9 * (np.cos(x)[:, None] + np.cos(x))
-
-
-def truth(make, solved, folder, heights):
-    """Return what a comparison takes for true, from the map's own points and two finer grids."""
-    np.save(folder / "map.npy", heights)
-    table = {"kind": "map", "file": "map.npy", "size": SIDE, "height_unit": "m", "periodic": True}
-    made = make(
-        folder,
-        surface=table | {"detrend": "none"},
-        half_space={"effective_modulus": MODULUS},
-        loading={"force": list(FORCES)},
-    )
-    (plan, *_) = plan_scene(made)
-    levels = solver_for("bem_fft", made).resolutions(plan.geometry)
-    (reference,) = truths({("bem_fft", n): solved(made, "bem_fft", n) for n in levels}, "force")
-    return reference
 
 
 def sampled(points, force):
@@ -238,13 +205,16 @@ def sampled(points, force):
     return {"penetration": contact.penetration, "contact_area": located_area(contact)}
 
 
-def test_the_bar_of_crossed_cosines_holds_their_direct_sampling(scene, solved, tmp_path):
+def test_the_bar_of_crossed_cosines_holds_their_direct_sampling(mapped, solved, planned):
     """32 x 32 points, of which finer grids are made, against 512 x 512 of the function itself.
 
     1.1946 nm at 10 uN, to 0.05 %: the grids of 128 and 512 differ by a quarter of it. Where the
     period is cut: tests/comparisons/methods/test_map_symmetries.py.
     """
-    reference = truth(scene, solved, tmp_path, waves(32))
+    body = {"half_space": {"effective_modulus": MODULUS}}
+    made = mapped(waves(32), {"force": FORCES}, body, size=SIDE, periodic=True)
+    levels = planned(made)["bem_fft"].resolutions
+    (reference,) = truths({("bem_fft", n): solved(made, "bem_fft", n) for n in levels}, "force")
     assert reference.curves["penetration"][1] == pytest.approx(1.1946e-9, rel=5e-4)
     for step, force in enumerate(FORCES):
         for name, value in sampled(512, force).items():

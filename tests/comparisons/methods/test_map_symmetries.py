@@ -79,27 +79,15 @@ ROLLS = {"roll by 1 and -3": lambda m: Surface(np.roll(m.heights, (1, -3), (0, 1
 
 
 @pytest.fixture
-def pressed(scene, tmp_path):
+def pressed(mapped):
     """Return a function that solves a map with one method at one factor of its own points."""
 
     def press(map_, method, periodic, factor=1):
-        file = tmp_path / "map.npy"
-        np.save(file, map_.heights)
-        made = scene(
-            tmp_path,
-            surface={
-                "kind": "map",
-                "file": file.name,
-                "size": list(map_.size),
-                "height_unit": "m",
-                "detrend": "mean",
-                "periodic": periodic,
-                "realisations": 2,
-            },
-            half_space={"youngs_modulus": 1e9, "poisson_ratio": 0.3},
-            loading={"force": {"values": [3e-6, 3e-5]}},
-            compare={"quantities": list(QUANTITIES)},
-        )
+        body = {"half_space": {"youngs_modulus": 1e9, "poisson_ratio": 0.3}}
+        asked = {"compare": {"quantities": list(QUANTITIES)}}
+        kind = {"detrend": "mean", "periodic": periodic, "realisations": 2}
+        forces = {"force": [3e-6, 3e-5]}
+        made = mapped(map_.heights, forces, body | asked, size=list(map_.size), **kind)
         (plan, *_) = plan_scene(made)
         own = max(map_.heights.shape) if method == "reduced" else map_.heights.shape[0]
         rows = (0, 1) if method == "reduced" else (0,)

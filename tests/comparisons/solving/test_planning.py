@@ -1,5 +1,6 @@
 """Plans: what each method will do, in which resolutions, and the reason for what is left out."""
 
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -21,24 +22,13 @@ def planned(scene, method, effort="quick"):
 
 
 @pytest.fixture
-def map_scene(scene, tmp_path):
+def map_scene(mapped):
     """Return a maker of scenes over a 40 x 32 map whose highest point is near a corner."""
     x, y = np.meshgrid(np.arange(40.0), np.arange(32.0), indexing="ij")
     heights = 1e-9 * (np.cos(x) + np.cos(0.7 * y))
     heights[37, 5] = 9e-9
-    np.save(tmp_path / "map.npy", heights)
-
-    def make(loading=None, compare=None, **surface):
-        table = {"kind": "map", "file": "map.npy", "height_unit": "m", "detrend": "none"}
-        tables = {"compare": compare} if compare else {}
-        return scene(
-            tmp_path,
-            surface=table | {"size": ["40 nm", "32 nm"]} | surface,
-            loading=loading or {"force": {"values": [0.1], "relative_to": "E* A0 h'"}},
-            **tables,
-        )
-
-    return make
+    load = {"force": {"values": [0.1], "relative_to": "E* A0 h'"}}
+    return partial(mapped, heights, loading=load, size=["40 nm", "32 nm"])
 
 
 def test_every_method_is_planned_or_refused_with_a_reason(scene, rough):
@@ -331,10 +321,10 @@ def test_a_nominal_pressure_is_a_force_on_the_apparent_area(rough, scene):
         plan_scene(scene(loading={"pressure": "3 MPa"}))
 
 
-def with_dense(map_scene, **tables):
+def with_dense(map_scene, **options):
     """Plan a map with the dense solver, for which it is too large."""
     named = {"methods": ["reduced", "bem_dense", "bem_fft", "fem"]}
-    return plan_scene(map_scene(compare=named, **tables))
+    return plan_scene(map_scene(tables={"compare": named}, **options))
 
 
 def test_a_large_map_gets_a_typical_patch_away_from_its_rim(map_scene):

@@ -9,15 +9,13 @@ from comparisons.geometry.prepare import prepare
 from comparisons.solving.map_scenes import prepared_otherwise
 from comparisons.solving.planning import plan_all
 
-MAP = {"kind": "map", "file": "map.npy", "size": "1 mm", "height_unit": "m"}
-
 
 @pytest.fixture
-def measured(scene, tmp_path):
-    np.save(tmp_path / "map.npy", 1e-6 * np.random.default_rng(0).random((40, 36)))
+def measured(mapped):
+    heights = 1e-6 * np.random.default_rng(0).random((40, 36))
 
     def make(force=4.0, **surface):
-        return scene(tmp_path, surface=MAP | surface, loading={"force": force})
+        return mapped(heights, {"force": force}, size="1 mm", detrend=None, **surface)
 
     return make
 
