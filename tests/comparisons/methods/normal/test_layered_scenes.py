@@ -56,31 +56,22 @@ def test_readings_of_layers(curves):
     np.testing.assert_allclose(depth, [100e-9, 200e-9], rtol=1e-10)
 
 
-def test_rough_surfaces_on_layers(curves):
+def test_rough_surfaces_on_layers(curves, rough):
     """A period on a stiff base sinks by the mean pressure; layers of one material are none."""
-    surface = {
-        "kind": "self_affine",
-        "hurst": 0.8,
-        "size": "1 um",
-        "points": 32,
-        "rms_slope": 0.1,
-        "seed": 3,
-    }
-    loading = {"force": {"values": [0.02, 0.05], "relative_to": "E* A0 h'"}}
-    same = {"thickness": "0.1 um", "youngs_modulus": "70 GPa", "poisson_ratio": 0.3}
+    same = {"thickness": "0.1 um", "youngs_modulus": "210 GPa", "poisson_ratio": 0.3}
     for periodic in (False, True):
-        tables = {"surface": surface | {"periodic": periodic}, "loading": loading}
-        plain = curves(scene(**tables), "bem_fft", 32)
-        layered = curves(scene({"layers": [same]}, **tables), "bem_fft", 32)
-        elements = curves(scene({"layers": [same]}, **tables), "fem", 32)
+        made = rough(points=32, periodic=periodic)
+        alike = load_scene(made, {"half_space.layers": [same]})
+        plain = curves(made, "bem_fft", 32)
+        layered, elements = curves(alike, "bem_fft", 32), curves(alike, "fem", 32)
         for name in ("force", "contact_area", "penetration"):
             np.testing.assert_allclose(layered[name], plain[name], rtol=1e-6)
             # the same 32 points, of which the shortest wave has two
             np.testing.assert_allclose(elements[name], plain[name], rtol=5e-2)
-        thin = curves(scene({"thickness": "0.1 um"}, **tables), "bem_fft", 32)
+        thin = curves(load_scene(made, {"half_space.thickness": "0.1 um"}), "bem_fft", 32)
         if not periodic:
             assert (thin["penetration"] < plain["penetration"]).all()
-    assert isinstance(elastic_body(scene({"layers": [same]})), Stack)
+    assert isinstance(elastic_body(alike), Stack)
 
 
 def test_code_is_warmed_up_on_cells_of_the_scene(monkeypatch):

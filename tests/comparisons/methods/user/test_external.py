@@ -367,7 +367,9 @@ def test_claims_are_judged_about_a_method_from_outside(task):
 
 
 @pytest.mark.slow
-def test_a_method_from_outside_is_given_only_scenes_whose_physics_it_knows(tmp_path, scene):
+def test_a_method_from_outside_is_given_only_scenes_whose_physics_it_knows(
+    tmp_path, scene, planned, solved
+):
     """One step at a time: a spring of 2 G* a (19.18), along a path that passes zero."""
     file = tmp_path / "sticks.py"
     file.write_text(
@@ -381,17 +383,12 @@ def test_a_method_from_outside_is_given_only_scenes_whose_physics_it_knows(tmp_p
     assert add_methods([file]) == []
     loading = {"force": "10 N", "tangential_force": ["1 N", 0, "-1 N"]}
     pulled = scene(loading=loading, friction={"coefficient": 0.5})
-    (plan,) = plan_scene(pulled)
-    (planned,) = [method for method in plan.methods if method.method == "sticks"]
-    assert planned.supported, planned.reason
-    solution = execute(task_of(plan, "sticks", 1))
-    assert solution.converged.all()
+    solution = solved(pulled, "sticks")
     assert solution.path
     moved = solution.quantities["tangential_displacement"][0]
     assert moved[1] == 0
     assert moved[2] == -moved[0] < 0
-    glued = scene(adhesion={"work": 0.05})
-    (refused,) = [m for m in plan_scene(glued)[0].methods if m.method == "sticks"]
+    refused = planned(scene(adhesion={"work": 0.05}))["sticks"]
     assert (refused.supported, refused.reason) == (False, "does not model [adhesion]")
 
 
