@@ -34,7 +34,7 @@ PARSED_ONLY = {
     r"roughline run rough-free --methods|roughline paper rough ": "half a minute",
     r"roughline run scene\.toml --full": "minutes, several processes, a cluster",
     r"roughline (submit|leaderboard)": "an entry of one's own; test_leaderboard.py fills one in",
-    r"roughline ensemble": "many surfaces, several machines; test_ensemble.py, test_slurm.py",
+    r"roughline ensemble": "many surfaces, several machines; test_ensemble.py",
     r"roughline merge": "of runs that are not there",
     r"roughline check": "tutorials and tests of the regression run it",
     r".*(tamaas|ngsolve|contactmechanics)": "needs the extra `peers`",
