@@ -84,11 +84,10 @@ def finding_table(scenes: Sequence[SceneRecord], method: str) -> Table:
     words = " ".join(" ".join(astuple(row)) for row in found).replace(",", " ").split()
     names = {item.quantity for scene in scenes for item in scene.verdicts_on(method)}
     note = _explained(name for name in names if symbol(name) in words)
-    if any("*" in row.instead for row in found):
-        note = "; ".join(filter(None, [note, ITSELF]))
-    note = "; ".join(filter(None, [note, not_computed(scenes, method)]))
-    told = [f"{item.name}: {said}" for item in scenes if (said := not_known_here(item))]
+    starred = ITSELF if any("*" in row.instead for row in found) else ""
+    note = "; ".join(filter(None, [note, starred, not_computed(scenes, method)]))
     if method == MODEL:
+        told = (f"{item.name}: {said}" for item in scenes if (said := not_known_here(item)))
         note = "\n".join(filter(None, [note, *told]))
     return table(heads, rows, title=fmt.capitalised(title_in(scenes, method)), note=note)
 
@@ -111,24 +110,22 @@ def _explained(names: Iterable[str]) -> str:
     return ", ".join(f"{row.symbol} {row.label}" for row in rows if row.symbol)
 
 
-def summary_lines(scenes: Iterable[SceneRecord]) -> Table:
+def summary_lines(scenes: Sequence[SceneRecord]) -> Table:
     """Return a line per scene and judged method: verdict, worst quantity, cheapest setting.
 
     Quantities are symbols, so that a line has room in 80 columns; the note explains them.
     """
     rows: list[tuple[Cell | str, ...]] = []
     told_of: set[str] = set()
-    tolerances: set[float] = set()
-    itself = False
+    starred = ""
     for scene in scenes:
         cheapest = advise(scene).cheapest
         best: list[Cell | str] = [cells.method("", "none"), "", ""]
         if cheapest is not None:
-            itself |= cheapest.judges_itself
+            starred = ITSELF if cheapest.judges_itself else starred
             level = cells.count(cheapest.resolution)
             star = f"{cheapest.title}{ITSELF[0] * cheapest.judges_itself}"
             best = [cells.method(cheapest.method, star), cells.duration(cheapest.seconds), level]
-        tolerances.add(scene.tolerance)
         for method in scene.judged_methods:
             decisive = worst(scene.verdicts_on(method))
             told_of.add(decisive.quantity)
@@ -138,10 +135,10 @@ def summary_lines(scenes: Iterable[SceneRecord]) -> Table:
             rows.append(
                 (name, cells.verdict(decisive.word), symbol(decisive.quantity), error, *best)
             )
-    levels = fmt.listed([fmt.tolerance(value) for value in sorted(tolerances)])
-    note = f"worst: {_explained(told_of)}; verdicts at {levels}" + (f"; {ITSELF}" if itself else "")
+    levels = fmt.listed([*map(fmt.tolerance, sorted({scene.tolerance for scene in scenes}))])
+    told = f"worst: {_explained(told_of)}", f"verdicts at {levels}", starred
     heads = ("scene", "verdict", "worst", "error", "cheapest", "time", "N")
-    return table(heads, rows, note=note)
+    return table(heads, rows, note="; ".join(filter(None, told)))
 
 
 def printed_verdicts(scenes: Sequence[SceneRecord]) -> Table:

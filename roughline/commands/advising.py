@@ -45,17 +45,15 @@ def known_of(plan: Plan) -> list[Nearest]:
 
 def print_known(plans: list[Plan], as_json: bool) -> int:
     """Say what is known of each plan without solving anything, and which command does."""
-    answers = {plan.scene.name: known_of(plan) for plan in plans}
     if as_json:
-        documents = [_document(plan, answers[plan.scene.name]) for plan in plans]
-        print(json.dumps(documents, indent=1))
+        print(json.dumps([*map(_document, plans)], indent=1))
         return FINE
     console = terminal.Terminal()
     for plan in plans:
         name, tolerance = plan.scene.name, plan.scene.compare.tolerance
         for note in plan.doubts:
             console.print(f"{name}: {note}")
-        known = answers[name]
+        known = known_of(plan)
         for answer in plainly(known, tolerance):
             console.print(f"{name}: reduced model, {answer}")
         control, told = plan.loads.control, {answer.quantity for answer in known}
@@ -85,10 +83,9 @@ def advise_all(plans: list[Plan], effort: Effort, as_json: bool) -> int:
     Where nothing that was run is sure of the tolerance, the truth is refined: its bar decides.
     InputError if a quantity is asked for that no method gives.
     """
-    answers, console = {plan.scene.name: known_of(plan) for plan in plans}, terminal.Terminal()
-    for plan in plans:
-        text = in_words(answers[plan.scene.name], plan.scene.compare.tolerance)
-        if text and not as_json:
+    console = terminal.Terminal()
+    for plan in () if as_json else plans:
+        if text := in_words(known_of(plan), plan.scene.compare.tolerance):
             console.print(f"{plan.scene.name}: {text} Measuring to be sure.\n")
     records = []
     screen = Console(stderr=True)
@@ -99,7 +96,7 @@ def advise_all(plans: list[Plan], effort: Effort, as_json: bool) -> int:
         raise InputError("\n".join(vain))
     if as_json:
         documents = [
-            advise(record).document(record.name) | _document(plan, answers[plan.scene.name])
+            advise(record).document(record.name) | _document(plan)
             for plan, record in zip(plans, records, strict=True)
         ]
         print(json.dumps(documents, indent=1))
@@ -121,10 +118,10 @@ def _transformed(scene: Scene) -> bool:
     return body is not None and body.axisymmetric and plain and scene.methods.reduced.rule == "mdr"
 
 
-def _document(plan: Plan, known: list[Nearest]) -> dict[str, Any]:
+def _document(plan: Plan) -> dict[str, Any]:
     return {
         "scene": plan.scene.name,
-        "nearest": [answer.document for answer in known],
+        "nearest": [answer.document for answer in known_of(plan)],
         "claims_on_scene": {claim.id: claim.verdict for claim in claims_on(plan.scene)},
         "notes": plan.doubts,
     }

@@ -186,35 +186,27 @@ def followed(window):
 
 @pytest.fixture
 def serious_faults():
-    """Return a function from a page to what is wrong for readers with disabilities."""
-    return _serious_faults
+    """Return what axe-core finds at least serious on a page, a line for each place and rule.
 
+    In dark colours what does not hang on colours is not looked at again.
+    """
 
-@pytest.fixture
-def faults_in_the_dark():
-    """Return the same in dark colours; what does not hang on colours is not looked at again."""
-
-    def faults(page) -> list[str]:
-        page.emulate_media(color_scheme="dark")
-        return _serious_faults(page, COLOUR_RULES)
+    def faults(page, dark: bool = False) -> list[str]:
+        axe = pytest.importorskip("axe_playwright_python.sync_playwright")
+        # What is drawn inside a plot is one image to a reader of the screen.
+        context = {"exclude": [[".svg-container"]]}
+        options = {"resultTypes": ["violations"]}
+        if dark:
+            page.emulate_media(color_scheme="dark")
+            options["runOnly"] = {"type": "rule", "values": COLOUR_RULES}
+        page.evaluate(ROWS_AWAY)
+        result = axe.Axe().run(page, context=context, options=options).response["violations"]
+        page.evaluate(ROWS_BACK)
+        return [
+            f"{part['id']} ({part['impact']}): {node['html'][:160]}"
+            for part in result
+            if part["impact"] in ("serious", "critical")
+            for node in part["nodes"]
+        ]
 
     return faults
-
-
-def _serious_faults(page, rules: list[str] | None = None) -> list[str]:
-    """Return what axe-core finds at least serious, a line for each place and rule (default all)."""
-    axe = pytest.importorskip("axe_playwright_python.sync_playwright")
-    # What is drawn inside a plot is one image to a reader of the screen.
-    context = {"exclude": [[".svg-container"]]}
-    options = {"resultTypes": ["violations"]}
-    if rules:
-        options["runOnly"] = {"type": "rule", "values": rules}
-    page.evaluate(ROWS_AWAY)
-    result = axe.Axe().run(page, context=context, options=options).response["violations"]
-    page.evaluate(ROWS_BACK)
-    return [
-        f"{part['id']} ({part['impact']}): {node['html'][:160]}"
-        for part in result
-        if part["impact"] in ("serious", "critical")
-        for node in part["nodes"]
-    ]

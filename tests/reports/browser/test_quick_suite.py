@@ -69,9 +69,7 @@ def test_the_finding_is_read_on_a_phone(visit):
 
 
 @pytest.mark.parametrize("every", [pytest.param(1, marks=pytest.mark.nightly), 5])
-def test_all_is_drawn_without_request_complaint_or_fault(
-    visit, serious_faults, faults_in_the_dark, every
-):
+def test_all_is_drawn_without_request_complaint_or_fault(visit, serious_faults, every):
     """Every fifth scene: a ball, an edge, a square, a measured map."""
     with visit() as seen:
         page = seen.page
@@ -82,7 +80,7 @@ def test_all_is_drawn_without_request_complaint_or_fault(
         page.locator("details").evaluate_all("all => all.forEach(one => { one.open = true; })")
         # Before plots are drawn: their insides are left out, and make each search long.
         assert serious_faults(page) == []
-        assert faults_in_the_dark(page) == []
+        assert serious_faults(page, dark=True) == []
         seen.draw_all()
         canvases = page.locator("[data-figure]:not([data-turn])")
         assert canvases.count() > 200 / every

@@ -73,9 +73,7 @@ def report(request, study, tmp_path_factory) -> Path:
 
 
 @pytest.mark.slow
-def test_drawn_saved_and_readable_in_light_dark_and_on_a_phone(
-    visit, serious_faults, faults_in_the_dark, tmp_path
-):
+def test_drawn_saved_and_readable_in_light_dark_and_on_a_phone(visit, serious_faults, tmp_path):
     """No request, no complaint, no serious fault; nothing to scroll sideways for."""
     with visit() as seen:
         page = seen.page
@@ -87,7 +85,7 @@ def test_drawn_saved_and_readable_in_light_dark_and_on_a_phone(
         if page.locator(".figure-tools button").count():
             drawing = seen.save(".figure-tools button:has-text('SVG')", tmp_path)
             assert "<svg" in drawing.read_text(encoding="utf-8")
-        assert faults_in_the_dark(page) == []
+        assert serious_faults(page, dark=True) == []
         page.set_viewport_size({"width": 390, "height": 844})
         seen.wait("document.documentElement.scrollWidth <= 390")  # plots follow a little later
         assert seen.requests == []
