@@ -100,6 +100,19 @@ WRONG = {
         ({"loading": {"force": 1, "squeeze_speed": 1e-3}}, "there is no film"),
         ({"surface2": FACE}, "surface2: expected a [surface] beside it"),
         ({"loading": None}, "loading: expected, but missing"),
+        (
+            {"counter_body.thickness": 1},
+            "counter_body.thickness: expected it in [half_space] alone",
+        ),
+        (
+            RUBBER | {"half_space": SOFT, "loading": {"time": [0, 1], "force": [0, 0]}},
+            "loading.force: expected at least one positive force",
+        ),
+        ({"half_space.layers": []}, "half_space.layers: expected at least one layer"),
+        (
+            {"viscoelastic": PRONY | {"shear_moduli": [1, 0, 1]}, "loading": HISTORY},
+            "shear_moduli: expected positive moduli, but for G0",
+        ),
         (PAIR | {"indenter": PUNCH}, "an elastic punch is not a half-space"),
         (PAIR | {"body": BODY}, "the indenter of a meshed body is rigid"),
         ({"counter_body": {"youngs_modulus": 1e9}}, "counter_body: expected youngs_modulus and"),
