@@ -26,7 +26,7 @@ _DOUBT = 2.0
 MATTERS = 0.2
 # What the uncertainty of a truth consists of.
 DISCRETISATION, SOLVER, TRUNCATION = "discretisation", "solver", "truncation"
-CELLS = "cells below which stresses are found"
+READ_OFF = "reading it off cells or elements"
 ENSEMBLE, ARITHMETIC = "realisations", "arithmetic"
 # What a model on a line adds to the bar of its error.
 LINES, SPRINGS = "realisations of the line", "discretisation of the line"
@@ -51,7 +51,7 @@ class Truth:
     resolution: int  # that of the finest
     curves: Curves  # quantity -> (k,) mean over realisations
     # Quantity -> source -> (k,) bar at the prescribed load; NaN where it is not known. The sources:
-    # DISCRETISATION, SOLVER, TRUNCATION, ENSEMBLE; ARITHMETIC of closed forms; CELLS.
+    # DISCRETISATION, SOLVER, TRUNCATION, ENSEMBLE; ARITHMETIC of closed forms; READ_OFF.
     sources: dict[str, Sources]
     checks: tuple[Truth, ...] = ()  # the other 3-D methods' finest solutions, which should agree
 
@@ -344,8 +344,8 @@ def candidate(solved: Solved, method: str, axis: str) -> Truth | None:
 
 
 def _read_off(solution: Solution, name: str) -> Sources:
-    """Return what reading a quantity off a pressure adds; nothing for others."""
-    return {CELLS: np.fmax.reduce(solution.bars[name])} if name in solution.bars else {}
+    """Return what reading a quantity off a solution adds; nothing for others."""
+    return {READ_OFF: np.fmax.reduce(solution.bars[name])} if name in solution.bars else {}
 
 
 def missed_by(

@@ -89,8 +89,8 @@ class Solution:
     # Name -> histograms at the last load (realisations, bins), of the first realisations (see
     # `comparisons.tasks.distributions`); NaN where there is no answer.
     distributions: dict[str, np.ndarray] = field(default_factory=dict)
-    # Name -> (realisations, steps): relative half-widths of what reading a quantity off a pressure
-    # adds (`tasks.stresses`); of others nothing.
+    # Name -> (realisations, steps): relative half-widths of what reading a quantity off cells
+    # (`tasks.stresses`) or elements adds; of others nothing.
     bars: dict[str, np.ndarray] = field(default_factory=dict)
     # Arrays of realisation 0 at the last load: ``pressure``, ``pressure_x``, ...
     fields: dict[str, np.ndarray] = field(default_factory=dict)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -41,6 +41,7 @@ class Step:
     iterations: int = 0
     violation: float = float("nan")
     unknowns: int = 0
+    bars: Mapping[str, float] = field(default_factory=dict)
     # Makes name -> histogram (`comparisons.tasks.distributions`); called at the last load.
     distributions: Callable[[], Mapping[str, np.ndarray]] | None = None
     # Makes the fields of the pressure, where it is asked for.
@@ -102,7 +103,7 @@ def solve_rows(task: Task, rows: Iterable[Row]) -> Solution:
 
 def record(solution: Solution, index: tuple[int, int], step: Step, task: Task) -> None:
     """Store a step in a solution."""
-    solution.put(index, step.quantities)
+    solution.put(index, step.quantities, step.bars)
     solution.iterations[index] = step.iterations
     solution.violation[index] = step.violation
     solution.unknowns = max(solution.unknowns, step.unknowns)

@@ -17,6 +17,7 @@ from pydantic import Field
 from scipy.optimize import brentq, minimize_scalar
 
 from comparisons.geometry.prepare import RoughGeometry, prepare
+from comparisons.methods.plasticity.solids import AREA
 from comparisons.questions.experiments.experiment import (
     Count,
     Effort,
@@ -67,9 +68,6 @@ _FORMULAS = {"thornton": "restitution", "johnson": "restitution", "cavity": "mea
 # miss that of 5 and 8.
 _GRIDS: dict[Effort, tuple[int, int]] = {"quick": (2, 4), "full": (5, 8)}
 _REBOUND_GRIDS: dict[Effort, tuple[int, int]] = {"quick": (3, 5), "full": (5, 8)}
-# The area by the stiffness of unloading: a share of one over the elements per radius,
-# however little two grids happen to differ (2, 1 and 0.4 % were seen on 3, 4 and 6).
-_AREA = 0.06
 _SPRINGS = 2000
 # Steps of springs down and up again, for their work.
 _STEPS = 200
@@ -116,7 +114,7 @@ def known_to(quantity: str, grids: tuple[int, int], values: tuple[float, float])
     """
     (few, many), (coarse, fine) = grids, values
     bar = abs(fine - coarse) / (many / few - 1)
-    return max(bar, _AREA / many * fine) if quantity in ("area", "mean_pressure") else bar
+    return max(bar, AREA / many * fine) if quantity in ("area", "mean_pressure") else bar
 
 
 def springs(depth: float, reading: str) -> Dented:
