@@ -89,10 +89,6 @@ def test_too_large_a_force_is_a_positive_error_at_equal_penetration(plan):
     assert rows["step"].tolist() == [0, 1, 2, 3]
 
 
-def test_a_scene_that_was_just_solved_is_not_read_from_its_text_again(plan):
-    assert record_scene(plan, {("closed_form", 1): solution(hertz())}).scene is plan.scene
-
-
 def test_a_quantity_keeps_its_digits_whatever_it_is_called(plan):
     """Errors, bars and times are rounded; a user's own quantity is none of them."""
     exact = solution(hertz() | {"seconds_of_contact": DEPTHS / 3}, seconds=1 / 3)
