@@ -252,7 +252,7 @@ def across_ridges(
 
 
 # Maps, with lines of their spectra: the scatter of lines is averaged before that of maps.
-_COUNTS: dict[Effort, tuple[int, int]] = {"quick": (12, 20), "full": (60, 60)}
+_COUNTS: dict[Effort, tuple[int, int]] = {"quick": (12, 20), "full": (300, 60)}
 
 
 @lru_cache(maxsize=512)
