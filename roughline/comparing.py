@@ -14,7 +14,7 @@ from comparisons.judging.verdicts import Verdict, worst
 from comparisons.questions.study import solved_in_memory
 from comparisons.results.advice import Setting, advise
 from comparisons.results.record import SceneRecord, asked_in_vain
-from comparisons.results.scene_record import record_scene
+from comparisons.results.recording import record_scene
 from comparisons.results.store import curves, measures
 from comparisons.solving.plan import Effort
 from comparisons.solving.planning import Source, plan_scene, unsolvable

@@ -2,7 +2,7 @@
 
 A plan begins with a few surfaces on each grid and a thousand lines. Their variances, and what a
 surface costs on each grid (measured once: `solving.plan.surface_cost`), give the cheapest
-numbers for which the means scatter no more than a share of the tolerance (`multilevel.allocate`).
+numbers for which the means scatter no more than a share of the tolerance (`levels.allocate`).
 Nothing in that depends on the clock, on workers or parts: the same scene has the same numbers, and
 digits, everywhere. The lines, which are free, scatter no more than three tenths of what the
 surfaces may: that widens a bar by 4 % of itself at most.

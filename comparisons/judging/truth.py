@@ -475,7 +475,7 @@ class Reference:
     bars: dict[str, Bar] = field(default_factory=dict)  # quantity that it gives -> `Bar`
     footnotes: tuple[str, ...] = ()  # disagreements that are small against the tolerance, in words
     proved: Verification | None = None  # its bars held against theorems
-    # Why lines that agree with it do so by chance (`comparisons.results.scene_record`).
+    # Why lines that agree with it do so by chance (`comparisons.results.recording`).
     chance: str = ""
 
     @property

@@ -21,7 +21,7 @@ from comparisons.questions.campaign import WHOLE, Campaign, Options, Part, part_
 from comparisons.results import store
 from comparisons.results.folder import MAILED, PAGE, Header, Layout, Run
 from comparisons.results.record import FIELDS_FOLDER, StudyRecord
-from comparisons.results.scene_record import record_scene
+from comparisons.results.recording import record_scene
 from comparisons.solving.execution import compile_ahead, compile_apart, execute
 from comparisons.solving.inquiries import SOLUTION, Inquiry, solve_job
 from comparisons.solving.jobs import Done, Job, JobKind, Remaining

@@ -212,7 +212,7 @@ def task_of(
     """Return the task of one method at one resolution."""
     scene, quantities = plan.scene, plan.scene.compare.quantities
     if scene.rough and not scene.physics:
-        # where contacts are few, lines agree by chance (`results.scene_record.chance`); without
+        # where contacts are few, lines agree by chance (`results.recording.chance`); without
         # lines, too: runs of one method each have the answers of a run of both
         quantities = (*quantities, "contact_count")
     return Task(

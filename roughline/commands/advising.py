@@ -17,7 +17,7 @@ from comparisons.questions.claims.nearest import Nearest, claims_on, in_words, n
 from comparisons.questions.study import solved_in_memory
 from comparisons.results.advice import advise
 from comparisons.results.record import asked_in_vain
-from comparisons.results.scene_record import record_scene
+from comparisons.results.recording import record_scene
 from comparisons.scene.scene import Scene
 from comparisons.solving.plan import Effort, Plan
 from comparisons.tasks.solution import Solved

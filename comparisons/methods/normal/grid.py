@@ -66,7 +66,7 @@ def block_means(field: np.ndarray, blocks: Blocks | None) -> np.ndarray:
 
 AnyOperator = TypeVar("AnyOperator", bound=ElasticBody)
 # Cells of the finest grid planned after refining by a factor: a 512 x 512 map is refined once
-# (by FFT BEM of a single surface further: `bem_fft.FURTHER`).
+# (by FFT BEM of a single surface further: `bem.FURTHER`).
 MOST_INDENTER_CELLS = 3_000_000
 LARGEST_REFINED = {1: 2**24, 2: 1400**2, 4: 512**2}
 

@@ -11,7 +11,7 @@ from comparisons.facts.quantities import main_axis
 from comparisons.judging.levels import Levels
 from comparisons.judging.truth import choose_truth, truths
 from comparisons.judging.uncertainty import combined, share_uncertainty
-from comparisons.results.scene_record import record_scene
+from comparisons.results.recording import record_scene
 from comparisons.solving.planning import plan_scene
 from comparisons.tasks.solution import FLAGS, Solution
 from reference.halfspace.punches import EDGE_OFFSET

@@ -8,7 +8,7 @@ from comparisons.judging.levels import Levels, ensemble_text
 from comparisons.judging.refinement import LINES_SHARE, SCATTER, enlarged, expected
 from comparisons.judging.truth import choose_truth
 from comparisons.judging.verdicts import Verdict
-from comparisons.results.scene_record import FEWEST_LINES, record_scene
+from comparisons.results.recording import FEWEST_LINES, record_scene
 from comparisons.scene.scene import load_scene
 from comparisons.solving.plan import surface_cost, task_of
 from comparisons.solving.planning import plan_scene

@@ -13,7 +13,7 @@ from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.methods.registry import SOLVERS, solver_for
 from comparisons.questions.study import Study, solved_in_memory
 from comparisons.results.advice import advise
-from comparisons.results.scene_record import over_own_value, record_scene
+from comparisons.results.recording import over_own_value, record_scene
 from comparisons.results.store import load_study
 from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute

@@ -20,7 +20,7 @@ from comparisons.questions import single
 from comparisons.questions.single import solve_scene
 from comparisons.results.record import StudyRecord
 from comparisons.results.rows import Rows
-from comparisons.results.scene_record import record_scene
+from comparisons.results.recording import record_scene
 from comparisons.scene.scene import load_scene, make_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of

@@ -8,7 +8,7 @@ import pytest
 from comparisons.formatting import unpadded
 from comparisons.questions.study import solved_in_memory
 from comparisons.reasons import one_line
-from comparisons.results.scene_record import record_scene
+from comparisons.results.recording import record_scene
 from comparisons.scene.scene import load_scene, make_scene
 from comparisons.solving.planning import plan_scene
 

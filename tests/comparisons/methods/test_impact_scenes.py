@@ -10,7 +10,7 @@ from comparisons.questions.experiments import coulomb
 from comparisons.questions.experiments.coulomb import march
 from comparisons.questions.single import solve_scene
 from comparisons.questions.study import solved_in_memory
-from comparisons.results.scene_record import record_scene
+from comparisons.results.recording import record_scene
 from comparisons.scene.scene import SceneError, load_scene, make_scene
 from comparisons.solving.planning import plan_scene
 from reduced.motion.blocks import Blocks, integrate

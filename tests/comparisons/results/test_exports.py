@@ -14,7 +14,7 @@ from comparisons.errors import InputError
 from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.questions.study import solved_in_memory
 from comparisons.results.measured import fit_modulus, modulus_fits, modulus_sentence
-from comparisons.results.scene_record import record_scene
+from comparisons.results.recording import record_scene
 from comparisons.results.store import MEASURES, TO_TAKE, measures, write_fields
 from comparisons.solving.planning import plan_all
 from reports.plots.curves import measured

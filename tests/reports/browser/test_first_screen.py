@@ -12,7 +12,7 @@ from comparisons.reasons import STEEP
 from comparisons.results.advice import advise
 from comparisons.results.finding import finding
 from comparisons.results.rows import Rows
-from comparisons.results.scene_record import explained
+from comparisons.results.recording import explained
 from reports.pages.study import write_report
 
 pytestmark = pytest.mark.slow

@@ -14,7 +14,7 @@ from comparisons.questions.study import solved_in_memory
 from comparisons.results.advice import advise
 from comparisons.results.finding import finding
 from comparisons.results.record import StudyRecord
-from comparisons.results.scene_record import explained, record_scene
+from comparisons.results.recording import explained, record_scene
 from comparisons.scene.scene import builtin_names, load_scene
 from comparisons.solving.planning import plan_scene
 from reports.pages import study as html

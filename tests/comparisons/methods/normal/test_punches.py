@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.special import ellipk
 
 from comparisons.judging.truth import choose_truth
-from comparisons.results.scene_record import record_scene
+from comparisons.results.recording import record_scene
 from comparisons.scene.polygons import area_fractions, offset_outline, signed_area
 from comparisons.scene.scene import load_scene
 from comparisons.solving.planning import plan_scene

@@ -33,7 +33,7 @@ from comparisons.questions.hard_cases.run import outcomes
 from comparisons.questions.single import solve_scene
 from comparisons.questions.study import Study, solved_in_memory
 from comparisons.results.record import StudyRecord
-from comparisons.results.scene_record import record_scene
+from comparisons.results.recording import record_scene
 from comparisons.results.store import load_study
 from comparisons.scene.scene import load_scene
 from comparisons.solving import external_work
