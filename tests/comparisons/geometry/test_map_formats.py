@@ -195,7 +195,6 @@ def test_tiffs_that_are_no_maps_say_why(tmp_path, image, options, told):
     assert told in refusal(path, **stated)
 
 
-h5py = pytest.importorskip("h5py")
 HEIGHTS = np.arange(12.0).reshape(3, 4)
 STATED = MeasuredMap(kind="map", file="surface.h5", size=(3e-6, 4e-6), height_unit="um")
 
@@ -205,7 +204,12 @@ def stated(**options):
 
 
 @pytest.fixture
-def written(tmp_path):
+def h5py():
+    return pytest.importorskip("h5py")
+
+
+@pytest.fixture
+def written(h5py, tmp_path):
     def write(**datasets):
         path = tmp_path / "surface.h5"
         with h5py.File(path, "w") as file:
@@ -245,13 +249,14 @@ def test_what_is_no_map_is_refused_with_the_reason(written, datasets, surface, p
         read_heights(written(**datasets), surface)
 
 
+@pytest.mark.usefixtures("h5py")
 def test_a_text_is_no_hdf5(tmp_path):
     (tmp_path / "surface.h5").write_text("0 1\n2 3\n")
     with pytest.raises(FileError, match="not a readable HDF5 file"):
         read_heights(tmp_path / "surface.h5", STATED)
 
 
-def test_a_link_to_another_file_is_no_map(written, tmp_path):
+def test_a_link_to_another_file_is_no_map(h5py, written, tmp_path):
     """A file from elsewhere must not open others of this machine."""
     written(surface=HEIGHTS)
     with h5py.File(tmp_path / "link.h5", "w") as file:
@@ -260,7 +265,7 @@ def test_a_link_to_another_file_is_no_map(written, tmp_path):
         read_heights(tmp_path / "link.h5", STATED)
 
 
-def test_a_map_inside_groups_is_found_and_never_passed_over_for_another(tmp_path):
+def test_a_map_inside_groups_is_found_and_never_passed_over_for_another(h5py, tmp_path):
     """A map in a group used to be overlooked: beside another one, that one was taken unasked."""
     path = tmp_path / "surface.h5"
     with h5py.File(path, "w") as file:
