@@ -103,6 +103,16 @@ def test_errors_along_a_path_are_relative_to_its_largest_value(scene):
 
 
 @pytest.mark.usefixtures("sheared")
+def test_a_step_that_fails_ends_its_path_and_all_keep_their_loads(scene):
+    loading = {"force": "10 N", "tangential_force": ["4 N", "8 N", "2 N"]}
+    result = roughline.compare(scene(loading=loading, **FRICTION)).record
+    rows = result.setting_rows("reduced", 40)
+    assert list(rows["converged"]) == [True, False, False]
+    assert list(rows["tangential_force"]) == [4.0, 8.0, 2.0]
+    assert list(rows["reason"]) == ["", "it slides away", "it slides away"]
+
+
+@pytest.mark.usefixtures("sheared")
 @pytest.mark.parametrize(
     ("force", "tolerance", "hidden"),
     # 0.1 N is a fortieth of the largest load: 20 % there are 0.5 % of the largest value

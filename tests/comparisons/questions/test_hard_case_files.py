@@ -253,6 +253,12 @@ def test_unknown_names_and_wrong_files_are_told_together(tmp_path):
     assert second.endswith("bad.toml: colour: unknown key")
 
 
+def test_cases_of_a_file_are_chosen_beside_built_in_ones(tmp_path):
+    (tmp_path / "own.toml").write_text(DEEP)
+    chosen = load_cases(["cusp", str(tmp_path / "own.toml"), "cusp"])
+    assert [case.id for case in chosen] == ["cusp", "deep"]
+
+
 ROUGH = {
     "points": 64,
     "side": 64e-6,
