@@ -15,8 +15,8 @@ from comparisons.files import write_arrays
 from comparisons.judging.truth import Reference
 from comparisons.judging.verdicts import Verdict, judged
 from comparisons.results.record import SceneRecord, StudyRecord
-from comparisons.results.rows import Rows
 from comparisons.results.recording import explained
+from comparisons.results.rows import Rows
 from comparisons.results.store import save_study
 from comparisons.solving.plan import MethodPlan, PlanRecord
 

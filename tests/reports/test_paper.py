@@ -16,8 +16,8 @@ from comparisons.errors import InputError
 from comparisons.facts.quantities import quantity
 from comparisons.judging.truth import NO_REFERENCE
 from comparisons.results.finding import deciding
-from comparisons.results.rows import NO_ROWS
 from comparisons.results.recording import explained
+from comparisons.results.rows import NO_ROWS
 from comparisons.results.store import load_study, save_study
 from reports.paper.figures import HIGH, LOW, file_name, overview, panels, sheet, single, verdict_map
 from reports.paper.files import write_paper

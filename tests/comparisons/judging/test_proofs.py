@@ -19,8 +19,8 @@ from comparisons.methods.normal.proved import enclosures
 from comparisons.questions import single
 from comparisons.questions.single import solve_scene
 from comparisons.results.record import StudyRecord
-from comparisons.results.rows import Rows
 from comparisons.results.recording import record_scene
+from comparisons.results.rows import Rows
 from comparisons.scene.scene import load_scene, make_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of

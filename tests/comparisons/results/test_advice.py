@@ -16,8 +16,8 @@ from comparisons.questions.study import solved_in_memory
 from comparisons.results.advice import advise, wide_truth
 from comparisons.results.finding import finding
 from comparisons.results.record import MEAN, SceneRecord, asked_in_vain
-from comparisons.results.rows import Rows
 from comparisons.results.recording import explained, record_scene
+from comparisons.results.rows import Rows
 from comparisons.scene.scene import SUITES, load_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import PlanRecord, task_of

@@ -13,8 +13,8 @@ from comparisons.questions.problem_sheets import sheet_of
 from comparisons.results.advice import advise
 from comparisons.results.finding import NOT_KNOWN, YES, family, finding
 from comparisons.results.record import SceneRecord
-from comparisons.results.rows import Rows
 from comparisons.results.recording import record_scene
+from comparisons.results.rows import Rows
 from comparisons.scene.scene import load_scene
 from comparisons.solving.plan import PlanRecord, task_of
 from comparisons.solving.planning import plan_scene

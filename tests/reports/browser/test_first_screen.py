@@ -11,8 +11,8 @@ from comparisons.judging.verdicts import NAN, NO_RESULT, OUTSIDE, word_for, wors
 from comparisons.reasons import STEEP
 from comparisons.results.advice import advise
 from comparisons.results.finding import finding
-from comparisons.results.rows import Rows
 from comparisons.results.recording import explained
+from comparisons.results.rows import Rows
 from reports.pages.study import write_report
 
 pytestmark = pytest.mark.slow

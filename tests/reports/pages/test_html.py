@@ -22,8 +22,8 @@ from comparisons.formatting import number
 from comparisons.judging.truth import NO_REFERENCE
 from comparisons.judging.verdicts import worst
 from comparisons.results.advice import advise
-from comparisons.results.rows import NO_ROWS, Rows
 from comparisons.results.recording import explained
+from comparisons.results.rows import NO_ROWS, Rows
 from comparisons.solving.plan import PlanRecord
 from reports.pages import study as html
 from reports.pages.page import embedded_json
