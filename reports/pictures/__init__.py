@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-NOTHING = "No picture: no method stored a pressure map, a rough surface or a stressed body."
+NOTHING = (
+    "No picture: no method stored a pressure map, rough surface or stressed body that can be drawn."
+)
 
 
 @dataclass(frozen=True)

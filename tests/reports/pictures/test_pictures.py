@@ -203,3 +203,13 @@ def test_every_scene_of_the_study_has_a_view(study):
     for view in (body, rough):
         ratio = view["layout"]["scene"]["aspectratio"]
         assert 1 < max(ratio.values()) < 3
+
+
+def test_arrays_that_make_no_shape_are_passed_over(study, monkeypatch):
+    """Those of a user's method, say: the next method's are drawn."""
+    scene = study.scenes[1]
+    whole = list(pictures.stored_fields(scene))
+    broken = [replace(item, fields=item.fields | {"size": np.ones(3)}) for item in whole]
+    drawn = pictures.picture_job(scene)
+    monkeypatch.setattr(pictures, "stored_fields", lambda *_: [*broken, *whole])
+    assert pictures.picture_job(scene).caption == drawn.caption
