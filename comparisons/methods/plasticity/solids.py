@@ -112,6 +112,9 @@ class FemPlasticity(Solver[IndenterGeometry]):
             for v in (pressing.min(), pressing.max())
         )
         yields_at = self._yields_at(task)
+        # a contact that is not round is counted (`note`)
+        radii = dict.fromkeys(("contact_radius", "equivalent_radius"), AREA / 2)
+        of_area = {"contact_area": AREA, "pressure_mean": AREA} | radii if self.round else {}
         for _ in range(_WIDENINGS):
             solution = Solution.empty(task)
             solution.truncation = TRUNCATION if self.round else TRUNCATION_BLOCK
@@ -144,7 +147,7 @@ class FemPlasticity(Solver[IndenterGeometry]):
                             values["residual_depth"] = walk.residual_depth(moment)
                     found = Step(
                         values,
-                        bars={"contact_area": AREA / task.resolution} if self.round else {},
+                        bars={name: share / task.resolution for name, share in of_area.items()},
                         iterations=moment.iterations - before,
                         violation=moment.residual,
                         fields=partial(self._fields, walk, moment),

@@ -341,7 +341,8 @@ def interval(
 
     For any true errors within the bars u, the maximum of |e| lies between max(|e| - u) and max(|e|
     + u), the rms by rms(e) -+ rms(u): the midpoint and half-width of this interval, with the sign
-    of the largest error. A load step without a value or a bar leaves the upper end unknown.
+    of the largest error, or of the last. A load step without a value or a bar leaves the upper end
+    unknown.
     """
     bars = combined(*sources.values())
     finite = np.isfinite(errors) & np.isfinite(bars)
@@ -355,7 +356,8 @@ def interval(
         low, high = middle - half, middle + half
     else:
         low, high = np.max(sizes - widths), np.max(sizes + widths)
-    worst = int(np.flatnonzero(finite)[np.argmax(sizes)])
+    told = -1 if claim.measure == "last" else np.argmax(sizes)
+    worst = int(np.flatnonzero(finite)[told])
     details: dict[str, float | str] = {"quantity": name}
     details |= {f"bar: {key}": float(part[worst]) for key, part in sources.items() if part[worst]}
     missing = int((~finite).sum())

@@ -202,6 +202,15 @@ def test_a_load_step_without_an_error_leaves_a_claim_open_but_cannot_save_it():
     assert (error, bar) == (-0.5, 0)
 
 
+def test_the_last_load_is_judged_with_its_own_sign_and_bar():
+    (claim,) = load_claims(("ellipsoid-force",))
+    last = claim.model_copy(update={"measure": "last"})
+    error, bar, told = interval(
+        last, "force", np.array([0.5, -0.1]), {"grid": np.array([0.2, 0.01])}
+    )
+    assert (error, bar, told["bar: grid"]) == (-0.1, pytest.approx(0.01), 0.01)
+
+
 def test_the_words_come_from_the_numbers(monkeypatch):
     """Error 0.2 % per unit of x, known to 0.01 %: it holds to x = 4.95."""
     claim = experiment_claim(monkeypatch, lambda x, effort: Measurement(x, -0.002 * x, 1e-4))
