@@ -24,7 +24,7 @@ from comparisons.questions.claims.runner import drawn, judge_claim, measured_und
 from comparisons.questions.experiments import EXPERIMENTS, Experiment
 from comparisons.questions.experiments.experiment import Share
 from comparisons.solving.inquiries import answer_of, together
-from reports.plots.claims import along, boundary_map
+from reports.plots.claims import boundary_map, evidence
 
 EDGE = 3.7
 OPEN = {
@@ -194,7 +194,7 @@ def test_a_map_has_a_boundary_in_every_row(monkeypatch):
     figure = boundary_map(record)
     assert [series.look.label for series in figure.series] == ["within", "outside", "boundary"]
     assert np.isfinite(figure.series[-1].x).sum() == 6
-    assert along(record, record.nuisances[0]) is not None
+    assert evidence(record, record.nuisances[0]) is not None
 
 
 def test_rows_of_a_map_that_agree_are_told_once(monkeypatch):
