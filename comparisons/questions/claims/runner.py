@@ -21,7 +21,7 @@ import shlex
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
 from functools import cache
-from itertools import groupby, pairwise
+from itertools import groupby, pairwise, product
 from pathlib import Path
 from typing import Any, Unpack
 
@@ -529,9 +529,13 @@ def digest_of(claim: Claim) -> str:
         keys += "".join(dict.fromkeys(scene.text for scene in scenes))
         judged = {side.method for side in sides}
         concerned = [n for n in METHODS if n in judged or METHODS[n].dimension == 3]
-        solvers = (registry.solver_for(name, scene) for scene in scenes for name in concerned)
-        starts = [type(s).__module__ for s in solvers if not isinstance(s, Refusal)]
-        starts.append("comparisons.questions.claims.scenes")
+        starts = ["comparisons.questions.claims.scenes"]
+        for scene, name in product(scenes, concerned):
+            solver = registry.solver_for(name, scene)
+            if not isinstance(solver, Refusal):
+                starts.append(type(solver).__module__)
+            elif solver.missing and name in judged:  # the digest is that of where it is installed
+                starts += [maker.__module__ for maker in registry.SOLVERS[name]]
     digest = hashlib.sha256(keys.encode())
     for module in sorted(imported(starts)):
         digest.update(f"{module} {_code(module)[0]}\n".encode())

@@ -6,6 +6,7 @@ import pytest
 
 from comparisons.errors import ProblemsError
 from comparisons.files import read_toml
+from comparisons.methods.peers import live
 from comparisons.questions.claims import runner as subject
 from comparisons.questions.claims.claim import load_claims, make_claim, scene_of
 from comparisons.questions.claims.families import HERE, SHARED, read_family
@@ -235,6 +236,15 @@ def stored(monkeypatch):
     record = record.model_copy(update={"claims": told})
     monkeypatch.setattr(subject, "load_claims_record", lambda path: record)
     return claims
+
+
+def test_a_verdict_hangs_on_the_code_of_its_method_where_that_is_not_installed_too(monkeypatch):
+    """Else verdicts of LAMMPS would be old wherever it is missing."""
+    starts = []
+    monkeypatch.setattr(subject, "imported", lambda names: starts.extend(names) or set())
+    monkeypatch.setattr(live, "versions_in", lambda python, names: dict.fromkeys(names, ""))
+    digest_of(*load_claims(("lammps-jkr-pull-off",)))
+    assert live.__name__ in starts
 
 
 @pytest.mark.slow
