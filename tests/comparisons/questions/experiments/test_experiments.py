@@ -165,6 +165,11 @@ def test_cost_at_equal_error_follows_the_laws_of_cost_and_error(monkeypatch):
     assert line.error == pytest.approx(1e-6 / 64**2, rel=1e-9)
     memory = measure("finite-element-cost", points=10, resource="memory")
     assert memory.error == pytest.approx(0.1, rel=1e-9)
+    # Where all grids are accurate enough, the scatter of their errors is no part of the bar.
+    planted["bem_fft"] = finite_elements.Series(n, 1e-6 * n**2, n, np.array([0.1, 0.02, 0.04]))
+    coarsest = measure("finite-element-cost", 0.2)
+    assert coarsest.error == pytest.approx(1e-6 * 8**2 / (1e-3 * 8**3), rel=1e-9)
+    assert coarsest.uncertainty < 1e-9 * coarsest.error
 
 
 def test_a_method_is_measured_on_ever_finer_grids(monkeypatch):
