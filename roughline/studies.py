@@ -264,7 +264,7 @@ class Changes:
 
     @property
     def _notable(self) -> list[Change]:
-        return [change for change in self.record.changes if change.kinds != (SAME,)]
+        return [change for change in self.record.changes if SAME not in change.kinds]
 
     def __repr__(self) -> str:
         lines = [f"{c.scene} {c.method} {c.resolution}: {c.text}" for c in self._notable]

@@ -126,7 +126,7 @@ def _moves(name: str, method: str, changes: list[Change]) -> list[Finding]:
     """Return what became of the model and the references; the same in both is nobody's fault."""
     moved: dict[str, Change] = {}  # by the finest grid that moved
     for change in changes:
-        if {CHANGED, LOST, ONE_SIDED} & {*change.kinds}:
+        if {CHANGED, LOST, ONE_SIDED} & change.kinds.keys():
             moved[change.method] = change
     truths = dict.fromkeys(change.method for change in changes if change.method != method)
     still = listed([title_of(truth) for truth in truths if truth not in moved])

@@ -6,7 +6,8 @@ All times are measured at the resolutions that were run, without interpolation.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 from comparisons.facts.methods import CLOSED_FORM
@@ -98,22 +99,50 @@ class Setting:
         return bool(self.counted) and all(verdict.high <= error for verdict in self.counted)
 
 
-@dataclass(frozen=True)
 class Advice:
-    """What a scene's measured results say about the choice of a method."""
+    """What a scene's measured results say about the choice of a method: ask for it by `advise`.
 
-    quantities: tuple[str, ...]  # what has to be within the tolerance
-    tolerance: float
-    settings: tuple[Setting, ...] = ()  # everything that was measured, fastest first
-    sentence: str = ""  # the advice in one sentence
-    # Method -> the resolution that its verdict stands on; none for the truth alone.
-    finest: dict[str, int] = field(default_factory=dict)
-    # Asked quantities that nothing here can answer -> why.
-    unanswered: dict[str, str] = field(default_factory=dict)
-    # What one line, or surface, of the judged method takes and errs by; "" without an ensemble.
-    single: str = ""
-    # Methods that hold by chance where they hold: none of their settings is advised.
-    lucky: frozenset[str] = frozenset()
+    A setting meets the tolerance where |e| + u does in every quantity that can be judged and at
+    every load step; the truth where u does.
+    """
+
+    def __init__(self, record: SceneRecord) -> None:
+        self.record = record
+        nothing, truth = record.unanswered, record.reference.method
+        # What has to be within the tolerance.
+        self.quantities = tuple(name for name in record.quantities if name not in nothing)
+        # Methods that hold by chance where they hold: none of their settings is advised.
+        self.lucky = frozenset(name for name in record.methods if record.by_chance(name))
+        settings = [
+            Setting(
+                method,
+                level,
+                record.cost(method, level),
+                record.setting_verdicts(method, level),
+                judges_itself=method == truth,
+                title=record.title_of(method),
+                dimension=record.dimension_of(method),
+            )
+            for method in record.methods
+            for level in record.resolutions_judged(method)
+        ]
+        if truth:
+            bars = []
+            for name in record.quantities:
+                asked: dict[str, Any] = {"quantity": name, "at": record.equal_at(name)}
+                asked["steps"] = record.steps
+                if name in nothing:
+                    asked |= {"reason": nothing[name], "counts": False}
+                    bars.append(Verdict(tolerance=record.tolerance, **asked))
+                    continue
+                known = record.reference.bars.get(name) or Bar(math.nan, -1)
+                verdict = judged(0.0, known.bar, record.tolerance, **asked)
+                bars.append(replace(verdict, step=known.step))
+            level, called = record.reference.resolution, record.title_of(truth)
+            spent = record.cost(truth, level)
+            settings.append(Setting(truth, level, spent, tuple(bars), True, True, called))
+        # Everything that was measured, fastest first.
+        self.settings = tuple(sorted(settings, key=_by_time))
 
     @property
     def cheapest(self) -> Setting | None:
@@ -122,7 +151,7 @@ class Advice:
 
     def reaching(self) -> list[Setting]:
         """Return the cheapest setting of each method for the tolerance, fastest first."""
-        reached = self.cheapest_for(self.tolerance)
+        reached = self.cheapest_for(self.record.tolerance)
         choices = [setting for name, setting in reached.items() if setting and name != CLOSED_FORM]
         return sorted(choices, key=_by_time)
 
@@ -135,7 +164,7 @@ class Advice:
         cheapest = {}
         for method in dict.fromkeys(setting.method for setting in self.settings):
             settings = [setting for setting in self.settings if setting.method == method]
-            finest_level, sure = self.finest.get(method, -1), []
+            finest_level, sure = self.record.finest(method) or 0, []
             for setting in sorted(settings, key=lambda one: one.resolution, reverse=True):
                 if setting.is_truth or setting.resolution > finest_level or method in self.lucky:
                     continue
@@ -147,19 +176,114 @@ class Advice:
             cheapest[method] = min(sure, key=_by_time) if sure else None
         return cheapest
 
-    def document(self, scene: str) -> dict[str, Any]:
-        """Return the advice as plain data for JSON; what is not known is None."""
+    @property
+    def truth_known_to(self) -> tuple[float, str]:
+        """The widest bar of the truth at any load, and in which quantity; NaN: none is known."""
+        known = {name: self.record.reference.known_to(name) for name in self.quantities}
+        widest = [(max(bars), name) for name, bars in known.items() if len(bars)]
+        return max(widest, key=lambda item: item[0], default=(math.nan, ""))
+
+    @cached_property
+    def sentence(self) -> str:
+        """The advice: "For 1 % in force: reduced model 0.7 ms (N = 10); outside: FFT BEM"."""
+        record = self.record
+        if not record.reference.method:
+            return "No 3-D method finished, so no reference is available."
+        if all(setting.is_truth for setting in self.settings):
+            return f"{record.reference.text} Nothing else was run, so there is nothing to compare."
+        reasons = [f"{quantity(name).label} ({why})" for name, why in record.unanswered.items()]
+        left = f"; not judged: {', '.join(reasons)}" if reasons else ""
+        if not self.quantities:
+            return f"None of the requested quantities can be judged{left}."
+        labels = [quantity(name).label for name in self.quantities]
+        advice_text = f"For {tolerance(record.tolerance)} in {listed(labels)}: "
+        # fastest first; what lies closer than times repeat is not ranked
+        groups: list[list[Setting]] = []
+        for setting in self.reaching():
+            if groups and setting.seconds <= SLOWER * groups[-1][0].seconds:
+                groups[-1].append(setting)
+            else:
+                groups.append([setting])
+        ranked = ", ".join(
+            " or ".join(one.text for one in group) + (" (too close to rank)" if group[1:] else "")
+            for group in groups
+        )
+        advice_text += ranked or "no setting that was run is within tolerance"
+        # methods that have no setting for the tolerance, each with what decided
+        failures: dict[str, list[str]] = {word: [] for word in (NOT_RESOLVED, OUTSIDE, NO_RESULT)}
+        for method, reached in self.cheapest_for(record.tolerance).items():
+            settings = [s for s in self.settings if s.method == method and not s.is_truth]
+            finest_one = [s for s in settings if s.resolution == record.finest(method)]
+            if reached is not None or method == CLOSED_FORM or not finest_one:
+                continue
+            (last,) = finest_one
+            luck = [
+                s.resolution for s in settings if (s.verdict, last.verdict) == (WITHIN, OUTSIDE)
+            ]
+            chance = f"; within by chance at N = {min(luck)}" if luck else ""
+            if last.verdict == WITHIN:  # of few contacts
+                why = f"within by chance, N = {last.resolution}"
+                failures[NOT_RESOLVED].append(f"{last.title} ({why})")
+                continue
+            grid = "" if last.verdict == NO_RESULT else f", N = {last.resolution}"
+            failures[last.verdict].append(f"{last.title} ({last.deciding.text}{grid}{chance})")
+        for word, methods in failures.items():
+            advice_text += f"; {word}: {', '.join(methods)}" if methods else ""
+        truth, level = record.reference.method, record.reference.resolution
+        truth_text = "closed form"
+        if truth != CLOSED_FORM:
+            bar, worst = self.truth_known_to
+            accuracy = f"known to {relative(bar)} in {quantity(worst).label}" if worst else ""
+            if not worst:
+                grids = set(record.solved_rows(truth)["resolution"])
+                alone = ": only one resolution was run" if len(grids) == 1 else ""
+                accuracy = f"its error is not known{alone}"
+            ensemble = record.cost(truth, level).solves
+            mean = f", mean over {ensemble}" if ensemble else ""
+            truth_text = f"{record.title_of(truth)} (N = {level}{mean}), {accuracy}"
+        return f"{advice_text}{left}; reference: {truth_text}."
+
+    @cached_property
+    def single(self) -> str:
+        """What one line, or surface, of the judged method takes and errs by; "" without any."""
+        record = self.record
+        method = record.judged_methods[0]
+        known = [verdict for verdict in record.verdicts_on(method) if verdict.single != MISSING]
+        if not known:
+            return ""
+        level = int(known[0].resolution)
+        spent, title = record.cost(method, level), record.title_of(method)
+        noun = "line" if record.dimension_of(method) == 1 else "surface"
+        errors = [
+            f"{quantity(v.quantity).label} {v.single}"
+            + (f" (load step {v.single_step + 1})" if v.single_step >= 0 and v.steps != 1 else "")
+            for v in known
+        ]
+        return (
+            f"One {noun} of the {title} takes {duration(spent.single_seconds)} (N = {level}); "
+            f"90 % of the {count(spent.surfaces)} {noun}s err by: {', '.join(errors)}."
+        )
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """The advice as plain data for JSON; what is not known is None."""
         return plain(
             {
-                "scene": scene,
-                "tolerance": self.tolerance,
+                "scene": self.record.name,
+                "tolerance": self.record.tolerance,
                 "quantities": list(self.quantities),
-                "unanswered": self.unanswered,
+                "unanswered": self.record.unanswered,
                 "sentence": self.sentence,
                 "cheapest": None if self.cheapest is None else _document(self.cheapest),
                 "settings": [_document(setting) for setting in self.settings],
             }
         )
+
+
+@once
+def advise(record: SceneRecord) -> Advice:
+    """Say which method to use for the asked quantities of a scene at its tolerance."""
+    return Advice(record)
 
 
 def _document(setting: Setting) -> dict[str, Any]:
@@ -186,145 +310,9 @@ def _by_time(setting: Setting) -> float:
     return setting.seconds if math.isfinite(setting.seconds) else math.inf
 
 
-@once
-def advise(record: SceneRecord) -> Advice:
-    """Say which method to use for the asked quantities of a scene at its tolerance.
-
-    A setting meets it where |e| + u does in every quantity and at every load step; the truth where
-    u does.
-    """
-    nothing = record.unanswered
-    truth, finest_truth = record.reference.method, record.reference.resolution
-    settings = [
-        Setting(
-            method,
-            level,
-            record.cost(method, level),
-            record.setting_verdicts(method, level),
-            judges_itself=method == truth,
-            title=record.title_of(method),
-            dimension=record.dimension_of(method),
-        )
-        for method in record.methods
-        for level in record.resolutions_judged(method)
-    ]
-    if truth:
-        bars = []
-        for name in record.quantities:
-            asked: dict[str, Any] = {
-                "quantity": name,
-                "at": record.equal_at(name),
-                "steps": record.steps,
-            }
-            if name in nothing:
-                asked |= {"reason": nothing[name], "counts": False}
-                bars.append(Verdict(tolerance=record.tolerance, **asked))
-                continue
-            known = record.reference.bars.get(name) or Bar(math.nan, -1)
-            verdict = judged(0.0, known.bar, record.tolerance, **asked)
-            bars.append(replace(verdict, step=known.step))
-        called = record.title_of(truth)
-        spent = record.cost(truth, finest_truth)
-        settings.append(Setting(truth, finest_truth, spent, tuple(bars), True, True, called))
-    depths = {name: record.finest(name) for name in record.methods}
-    advice = Advice(
-        tuple(name for name in record.quantities if name not in nothing),
-        record.tolerance,
-        tuple(sorted(settings, key=_by_time)),
-        finest={name: level for name, level in depths.items() if level is not None},
-        unanswered=nothing,
-        lucky=frozenset(name for name in depths if record.by_chance(name)),
-    )
-    return replace(advice, sentence=_sentence(record, advice), single=_single(record))
-
-
-def _sentence(record: SceneRecord, advice: Advice) -> str:
-    """Return the advice: "For 1 % in force: reduced model 0.7 ms (N = 10); outside: FFT BEM"."""
-    if not record.reference.method:
-        return "No 3-D method finished, so no reference is available."
-    if all(setting.is_truth for setting in advice.settings):
-        return f"{record.reference.text} Nothing else was run, so there is nothing to compare."
-    reasons = [f"{quantity(name).label} ({why})" for name, why in advice.unanswered.items()]
-    left = f"; not judged: {', '.join(reasons)}" if reasons else ""
-    if not advice.quantities:
-        return f"None of the requested quantities can be judged{left}."
-    labels = [quantity(name).label for name in advice.quantities]
-    advice_text = f"For {tolerance(record.tolerance)} in {listed(labels)}: "
-    # fastest first; what lies closer than times repeat is not ranked
-    settings = advice.reaching()
-    groups: list[list[Setting]] = []
-    for setting in settings:
-        if groups and setting.seconds <= SLOWER * groups[-1][0].seconds:
-            groups[-1].append(setting)
-        else:
-            groups.append([setting])
-    ranked = ", ".join(
-        " or ".join(one.text for one in group) + (" (too close to rank)" if group[1:] else "")
-        for group in groups
-    )
-    advice_text += ranked or "no setting that was run is within tolerance"
-    # methods that have no setting for the tolerance, each with what decided
-    failures: dict[str, list[str]] = {word: [] for word in (NOT_RESOLVED, OUTSIDE, NO_RESULT)}
-    for method, reached in advice.cheapest_for(advice.tolerance).items():
-        settings = [s for s in advice.settings if s.method == method and not s.is_truth]
-        finest_one = [s for s in settings if s.resolution == advice.finest.get(method)]
-        if reached is not None or method == CLOSED_FORM or not finest_one:
-            continue
-        (last,) = finest_one
-        luck = [s.resolution for s in settings if s.verdict == WITHIN and last.verdict == OUTSIDE]
-        chance = f"; within by chance at N = {min(luck)}" if luck else ""
-        if last.verdict == WITHIN:  # of few contacts
-            failures[NOT_RESOLVED].append(f"{last.title} (within by chance, N = {last.resolution})")
-            continue
-        grid = "" if last.verdict == NO_RESULT else f", N = {last.resolution}"
-        failures[last.verdict].append(f"{last.title} ({last.deciding.text}{grid}{chance})")
-    for word, methods in failures.items():
-        advice_text += f"; {word}: {', '.join(methods)}" if methods else ""
-    truth, level = record.reference.method, record.reference.resolution
-    truth_text = "closed form"
-    if truth != CLOSED_FORM:
-        bar, worst = truth_known_to(record, advice)
-        accuracy = f"known to {relative(bar)} in {quantity(worst).label}" if worst else ""
-        if not worst:
-            grids = set(record.solved_rows(truth)["resolution"])
-            alone = ": only one resolution was run" if len(grids) == 1 else ""
-            accuracy = f"its error is not known{alone}"
-        ensemble = record.cost(truth, level).solves
-        mean = f", mean over {ensemble}" if ensemble else ""
-        truth_text = f"{record.title_of(truth)} (N = {level}{mean}), {accuracy}"
-    return f"{advice_text}{left}; reference: {truth_text}."
-
-
-def _single(record: SceneRecord) -> str:
-    method = record.judged_methods[0]
-    known = [verdict for verdict in record.verdicts_on(method) if verdict.single != MISSING]
-    if not known:
-        return ""
-    level = int(known[0].resolution)
-    spent = record.cost(method, level)
-    noun = "line" if record.dimension_of(method) == 1 else "surface"
-    errors = [
-        f"{quantity(v.quantity).label} {v.single}"
-        + (f" (load step {v.single_step + 1})" if v.single_step >= 0 and v.steps != 1 else "")
-        for v in known
-    ]
-    title = record.title_of(method)
-    return (
-        f"One {noun} of the {title} takes {duration(spent.single_seconds)} (N = {level}); 90 % of "
-        f"the {count(spent.surfaces)} {noun}s err by: {', '.join(errors)}."
-    )
-
-
-def truth_known_to(record: SceneRecord, advice: Advice) -> tuple[float, str]:
-    """Return the widest bar of the truth at any load, and in which quantity; NaN: none is known."""
-    known = {name: record.reference.known_to(name) for name in advice.quantities}
-    widest = [(max(bars), name) for name, bars in known.items() if len(bars)]
-    return max(widest, key=lambda item: item[0], default=(math.nan, ""))
-
-
 def wide_truth(record: SceneRecord, effort: str) -> str:
     """Return that the reference is known worse than the tolerance; "" where it is not."""
-    bar, worst = truth_known_to(record, advise(record))
+    bar, worst = advise(record).truth_known_to
     if not bar > record.tolerance:
         return ""
     truth = record.reference.method

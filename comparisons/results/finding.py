@@ -187,7 +187,7 @@ def _standing(record: SceneRecord, method: str) -> _Standing:
         ]
         own = min(able, key=lambda setting: setting.seconds, default=None)
     if use == YES and own is None:  # it does not compute all that was asked
-        level = advice.finest.get(method)
+        level = record.finest(method)
         own = next(
             (s for s in advice.settings if (s.method, s.resolution) == (method, level)), None
         )

@@ -42,8 +42,8 @@ class Change:
     scene: str
     method: str
     resolution: int
-    # Everything that is true of it: "moved", "lost", "took longer" ...; ("same",) where nothing is.
-    kinds: tuple[str, ...]
+    # All that is true of it, in words: "moved", "lost", "took longer" ...; "same" where nothing is.
+    kinds: dict[str, str]
     # The largest relative change of each quantity, with sign.
     moves: dict[str, float] = field(default_factory=dict)
     # The largest error of the quantities compared with the truth, before and after (NaN where there
@@ -52,8 +52,16 @@ class Change:
     errors_of: tuple[str, str] = ("", "")  # their quantities
     # Time before and after (NaN where not solved).
     seconds: tuple[float, float] = (float("nan"), float("nan"))
-    moved: str = ""  # each quantity that moved, by how much
-    text: str = ""  # all of it in words
+
+    @property
+    def text(self) -> str:
+        """All that is true of it, in words."""
+        return "; ".join(self.kinds.values())
+
+    @property
+    def moved(self) -> str:
+        """Each quantity that moved, by how much."""
+        return self.kinds.get(CHANGED, "")
 
     @property
     def quantity(self) -> str:
@@ -95,7 +103,7 @@ class RunComparison:
     @property
     def compared(self) -> tuple[Change, ...]:
         """What is in both runs."""
-        return tuple(change for change in self.changes if change.kinds != (ONE_SIDED,))
+        return tuple(change for change in self.changes if ONE_SIDED not in change.kinds)
 
     @property
     def failed(self) -> tuple[Change, ...]:
@@ -305,7 +313,7 @@ def _change(
     old, new = (NO_ROWS if scene is None else scene.setting_rows(*setting) for scene in (was, now))
     if was is None or now is None or not len(old) or not len(new):
         text = f"in the {'first' if len(old) else 'second'} run only"
-        return Change(name, method, resolution, (ONE_SIDED,), text=text)
+        return Change(name, method, resolution, {ONE_SIDED: text})
     kinds: dict[str, str] = {}
 
     # answers, and how far they moved
@@ -353,7 +361,9 @@ def _change(
     known_errors = (
         [(abs(v.error), v.quantity) for v in side.values() if fmt.finite(v.error)] for side in sides
     )
-    largest = [max(side, default=(float("nan"), "")) for side in known_errors]
+    (error, of), (error_after, of_after) = (
+        max(side, default=(float("nan"), "")) for side in known_errors
+    )
 
     # times, which all rows of a solve share
     first, second = (float(rows["seconds"][0]) for rows in (old, new))
@@ -364,13 +374,11 @@ def _change(
         name,
         method,
         resolution,
-        tuple(kinds) or (SAME,),
+        kinds or {SAME: SAME},
         moves,
-        (largest[0][0], largest[1][0]),
-        (largest[0][1], largest[1][1]),
+        (error, error_after),
+        (of, of_after),
         (first, second),
-        kinds.get(CHANGED, ""),
-        "; ".join(kinds.values()) or "same",
     )
 
 

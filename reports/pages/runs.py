@@ -33,8 +33,8 @@ def comparison_page(record: RunComparison, command: str, *, static: bool = False
     solves = list(record.changes)
     figures = [] if static else before_and_after(solves)
     timed = [change for change in solves if change.only_timed]
-    one_sided, same = ([c for c in solves if c.kinds == (kind,)] for kind in (ONE_SIDED, SAME))
-    unlike = [c for c in solves if c.kinds not in ((SAME,), (ONE_SIDED,)) and not c.only_timed]
+    one_sided, same = ([c for c in solves if kind in c.kinds] for kind in (ONE_SIDED, SAME))
+    unlike = [c for c in solves if not c.only_timed and not {SAME, ONE_SIDED} & c.kinds.keys()]
     alike = [c for c in unlike if c.moved and c.scene in record.alike]
     return render(
         "comparison.html.j2",

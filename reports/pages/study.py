@@ -24,7 +24,7 @@ from comparisons.facts.quantities import in_order, quantity
 from comparisons.files import write_text
 from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN, Verdict, worst
 from comparisons.questions.claims.record import RECORD, load_claims_record
-from comparisons.results.advice import ITSELF, Advice, Setting, advise, truth_known_to
+from comparisons.results.advice import ITSELF, Advice, Setting, advise
 from comparisons.results.finding import (
     family,
     is_found,
@@ -202,7 +202,7 @@ def scene_view(scene: SceneRecord, anchor: str) -> SimpleNamespace:
     method = scene.reference.method
     truth = look(method, scene).label if method else "none"
     if method and method != CLOSED_FORM:
-        bar, widest = truth_known_to(scene, advice)
+        bar, widest = advice.truth_known_to
         truth += f" ± {fmt.relative(bar)} in {symbol(widest)}" if widest else " ± ?"
     return SimpleNamespace(
         record=scene,
@@ -338,7 +338,7 @@ def _ends(verdict: Verdict) -> dict[str, Any]:
 
 
 def _setting(setting: Setting, advice: Advice) -> dict[str, Any]:
-    deepest = advice.finest.get(setting.method, -1)
+    deepest = advice.record.finest(setting.method) or 0
     return {
         "method": setting.method,
         "title": setting.starred,

@@ -96,7 +96,7 @@ def advise_all(plans: list[Plan], effort: Effort, as_json: bool) -> int:
         raise InputError("\n".join(vain))
     if as_json:
         documents = [
-            advise(record).document(record.name) | _document(plan)
+            advise(record).document | _document(plan)
             for plan, record in zip(plans, records, strict=True)
         ]
         print(json.dumps(documents, indent=1))

@@ -255,7 +255,7 @@ def print_run_comparison(record: RunComparison, page: Path) -> None:
     alike = record.alike
     for told in alike.values():
         console.print(told)
-    moved = [c for c in record.changes if c.kinds != (SAME,)]
+    moved = [c for c in record.changes if SAME not in c.kinds]
     rows = (c for c in moved if not (c.only_timed or (c.moved and c.scene in alike)))
     notable = sorted(rows, key=lambda c: not c.bad)
     if notable:

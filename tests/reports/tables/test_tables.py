@@ -10,7 +10,7 @@ from rich.console import Console
 import roughline
 from comparisons import formatting as fmt
 from comparisons.judging.verdicts import Verdict
-from comparisons.results.advice import advise, truth_known_to
+from comparisons.results.advice import advise
 from comparisons.results.rows import Rows
 from comparisons.scene.fields import PRESSURE, number_and_unit, to_si
 from comparisons.scene.scene import builtin_names, load_scene
@@ -255,7 +255,7 @@ def test_a_bar_that_differs_from_load_to_load_is_given_by_its_ends(study):
     sources = {"contact_area": {"discretisation": bars}}
     wide = replace(scene, reference=replace(scene.reference, sources=sources))
     assert dict(card(wide))["contact area"].endswith(" ± 6.2 to 57\u202f%")
-    assert truth_known_to(wide, advise(wide)) == (0.57, "contact_area")
+    assert advise(wide).truth_known_to == (0.57, "contact_area")
 
 
 def test_a_blunt_body_presses_hardest_off_its_axis(of):
