@@ -215,11 +215,11 @@ def _named(group: list[_Standing], families: list[str]) -> str:
     return f"{', '.join(names[:NAMED])}{more} ({count} scenes)"
 
 
-def largest_error(scene: SceneRecord, verdict: Verdict) -> str:
+def largest_error(scene: SceneRecord, verdict: Verdict, name: Callable[[str], str] = symbol) -> str:
     """Return an error with its bar, quantity and load: "A −2.1 ± 0.1 % at d = 1.00 µm"."""
     if verdict.word == NO_RESULT:
-        return f"{symbol(verdict.quantity)}: {verdict.reason}"
-    along, text = scene.along, f"{symbol(verdict.quantity)} {verdict.number}"
+        return f"{name(verdict.quantity)}: {verdict.reason}"
+    along, text = scene.along, f"{name(verdict.quantity)} {verdict.number}"
     placed = verdict.has_step and verdict.at != LAST_LOAD  # of which it counts one step, 0
     if placed and quantity(along).load and fmt.finite(verdict.resolution):
         rows = scene.rows

@@ -15,7 +15,7 @@ import os
 import re
 import zlib
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from functools import cache, partial
 from pathlib import Path
@@ -53,6 +53,7 @@ SCRIPTS = (
 # The small scale in the heat map: error over tolerance, the tolerance in its middle.
 STRIP_DECADES = (-3.0, 3.0)
 _SUBSCRIPT = re.compile(r"(?<!\w)([^\W\d_]{1,2})_(\w{1,3})(?!\w)")
+_SENTENCE_END = re.compile(r"(?<=\.) (?=[A-Z*])")
 
 
 def render(
@@ -174,6 +175,7 @@ def environment() -> Environment:
         "term": _term,
         "glossary": glossary,
         "strip": _strip,
+        "told_once": told_once,
         "finite": fmt.finite,
         # the value by which a cell is sorted and exported
         "raw": lambda value: value if isinstance(value, str) else f"{value:.8g}",
@@ -204,6 +206,15 @@ def _term(key: str, text: str | None = None) -> Markup:
     return Markup('<a class="term" href="#term-{}"><abbr title="{}">{}</abbr></a>').format(
         key, term["meaning"], text or term["name"]
     )
+
+
+def told_once(figures: Sequence[Figure]) -> tuple[str, list[str]]:
+    """Return the sentences that captions of a group share, and what is left of each caption."""
+    captions = [_SENTENCE_END.split(figure.caption) for figure in figures]
+    counts = Counter(sentence for caption in captions for sentence in caption)
+    shared = [sentence for sentence, count in counts.items() if count > 1]
+    own = [" ".join(part for part in caption if part not in shared) for caption in captions]
+    return " ".join(shared), own
 
 
 def _strip(error: float, uncertainty: float, tolerance: float) -> Markup:

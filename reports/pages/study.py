@@ -142,6 +142,7 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
         if any(s.starred != s.title for v in views for s in v.advice.settings)
         else "",
         of_means=tables.OF_MEANS,
+        in_words=in_words,
     )
 
 
@@ -240,6 +241,11 @@ def scene_view(scene: SceneRecord, anchor: str) -> SimpleNamespace:
     )
 
 
+def in_words(scene: SceneRecord, verdict: Verdict) -> str:
+    """Return the error that decided, or why there is none: "contact area 2 % at d = 1.00 µm"."""
+    return largest_error(scene, verdict, lambda name: quantity(name).label)
+
+
 def compared_methods(scenes: tuple[SceneRecord, ...]) -> list[str]:
     """Return the labels of the methods that solved a scene and are not themselves judged."""
     judged = {MODEL, *(name for scene in scenes for name in scene.judged_methods)}
@@ -305,7 +311,7 @@ def judging(scenes: Sequence[tuple[str, SceneRecord, Advice]]) -> dict[str, Any]
                         | {
                             "counts": is_found(scene, verdict),
                             "symbol": symbol(verdict.quantity),
-                            "text": verdict.text,
+                            "text": in_words(scene, verdict),
                             "largest": largest_error(scene, verdict),
                         }
                         for verdict in scene.verdicts_on(method)

@@ -16,6 +16,9 @@ from reports.plots.style import CROSS, Look, Marker, look
 
 HALF_DECADE = 10**0.5
 LEAST_SHARE = 1e-4
+# Parts of keys of scenes that are no words.
+KEYS = {"youngs": "Young's", "poisson": "Poisson's", "hurst": "Hurst exponent"}
+KEYS |= {"radius_x": "radius along x", "radius_y": "radius along y"}
 LOG_SPAN = 15.0  # loads spread wider than this are drawn on logarithmic axes
 Ticks = tuple[tuple[float, str], ...]
 
@@ -131,6 +134,17 @@ def log_ticks(
         for v in values
         if 0.999 * low <= v <= 1.001 * high
     )
+
+
+def key_words(key: str) -> str:
+    """Write a key of a scene in words.
+
+    >>> key_words("youngs_modulus"), key_words("radius_x"), key_words("rms_slope")
+    ("Young's modulus", 'radius along x', 'rms slope')
+    """
+    for part, words in KEYS.items():
+        key = key.replace(part, words)
+    return key.replace("_", " ")
 
 
 def wants_log(values: Iterable[object], span: float = LOG_SPAN) -> bool:

@@ -147,8 +147,8 @@ def difference(scene: SceneRecord, across: str, up: str) -> Figure | None:
     return Figure(
         f"difference-{up}",
         fmt.capitalised(f"{name.label}: relative difference from the reference"),
-        "Each method at its finest resolution, at equal "
-        f"{quantity(across).label}. Light band, if any: uncertainty of the reference.",
+        "Each method at its finest resolution. Differences are at equal "
+        f"{quantity(across).label}; light band, if any: uncertainty of the reference.",
         value_axis(across, x, wants_log(loads)),
         Axis("relative difference", f"Δ{name.symbol}", scale=scale),
         tuple(replace(item.series, y=item.errors, bars=None, marks=True) for item in drawn),

@@ -20,6 +20,7 @@ from reports.plots.axes import (
     error_axis,
     error_range,
     failed,
+    key_words,
     padded,
     parted,
     refusal,
@@ -43,14 +44,6 @@ SWEEP_CAPTION = (
     f"bar. {SIGN_NOTE} {FOOT_NOTE}"
 )
 MOST_TICKS = 10
-# Keys of scenes that are no words.
-KEYS = {
-    "poisson_ratio": "Poisson's ratio",
-    "youngs_modulus": "Young's modulus",
-    "radius_x": "radius along x",
-    "radius_y": "radius along y",
-    "hurst": "Hurst exponent",
-}
 PREMISE = 0.1  # of the apparent area: rough lines are for real contact areas far below
 
 
@@ -209,8 +202,7 @@ def _along(path: str, scenes: list[SceneRecord], name: str) -> Figure | None:
             value = value.get(key) if isinstance(value, dict) else None
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             places[place] = value
-    key = path.split(".")[-1]
-    words = KEYS.get(key, key.replace("_", " "))
+    words = key_words(path.split(".")[-1])
     texts = [str(scene.tables["sweep"][path]) for scene in scenes]
     words_only = not np.isfinite(places).all()
     if words_only:  # one after the other, and nothing between them

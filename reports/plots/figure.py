@@ -153,6 +153,11 @@ class Figure:
     earlier: tuple[Figure, ...] = field(default=(), repr=False)
 
     @property
+    def names(self) -> int:
+        """How many names stand in the legend."""
+        return len({s.look.label for s in self.series if s.legend} - {""}) if self.legend else 0
+
+    @property
     def clipped(self) -> bool:
         """Whether markers are clipped at the frame; logarithmic axes contain all points."""
         return not (self.x.log or self.y.log)

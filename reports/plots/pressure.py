@@ -305,7 +305,7 @@ def _maps(views: list[Field]) -> list[Figure]:
     scale, highest = fmt.prefix_for(pixels, "Pa"), limit or float(np.max(pixels))
     figures = []
     for view in views:
-        caption = f"{view.label}. Empty: no contact."
+        caption = "Empty: no contact."
         if max(_shown(view)[2].shape) > MOST_PIXELS:
             caption += " Each pixel shows the maximum over its cells."
         if limit is not None:
@@ -317,9 +317,8 @@ def _maps(views: list[Field]) -> list[Figure]:
                 x, y, p = coarsened(*_shown(item))
                 frame = replace(frame, x=x, y=y, values=np.where(p > 0, p, np.nan))
             frames.append(frame)
-        several = len(views) > 1
-        key = f"pressure-map-{view.method}" if several else "pressure-map"
-        title = f"Contact pressure, {view.label}" if several else "Contact pressure"
+        key = f"pressure-map-{view.method}" if len(views) > 1 else "pressure-map"
+        title = f"Contact pressure, {view.label}"
         figures.append(map_figure(key, title, caption, frames, "pressure"))
     return figures
 

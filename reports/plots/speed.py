@@ -38,12 +38,12 @@ GUIDES = (Guide(1e-3, "1 ms"), Guide(1.0, "1 s"), Guide(60.0, "1 min"))
 FRONT = Look("Pareto front", MUTED, dash=DASHED)
 CAPTION = (
     "Largest relative error over all loads against the time for all; lower left is better. "
-    "One marker per resolution N"
+    "One marker per resolution N."
 )
-REUSED = "without the set-up, which other loads could reuse"
+REUSED = "Hollow: without the set-up, which other loads could reuse."
 SINGLE = (
-    "one line or surface, at the larger end of the band that 90 % of single errors lie in; filled: "
-    "the mean, with the time of all solves that it stands on"
+    "Hollow: one line or surface, at the larger end of the band that 90 % of single errors lie in; "
+    "filled: the mean, with the time of all solves that it stands on."
 )
 LOW, HIGH = 1e-3, 1e3  # of error over tolerance: what lies beyond stands at the edge
 OVERVIEW_CAPTION = (
@@ -72,16 +72,25 @@ def speed(scene: SceneRecord) -> list[Figure]:
         if np.isfinite(spent.seconds):
             rows = scene.setting_rows(item.method, item.resolution)
             timed.setdefault(name, []).append((item, spent, float(rows["unknowns"][0])))
-    several = [item for points in timed.values() for item, *_ in points]
-    if not several:
+    if not timed:
         return []
-    sizes = [np.abs([v.error, v.single_low, v.single_high]) for v in several]
+    # Of each quantity the bar of the reference, or else the widest bar of the settings: errors
+    # below it are arrows there, and an axis that went further down would squeeze all others.
+    bars = {}
+    sizes = []
+    for name, points in timed.items():
+        known = [v.uncertainty for v, *_ in points if fmt.finite(v.uncertainty)]
+        bars[name] = max([*scene.reference.known_to(name)] or known, default=0.0)
+        for v, *_ in points:
+            sizes.append(np.fmax(np.abs([v.error, v.single_low, v.single_high]), bars[name]))
     limits = error_range(np.concatenate(sizes), scene.tolerance)
-    names = dict.fromkeys(item.quantity for item in scene.verdicts)
-    return [_figure(scene, name, timed[name], limits) for name in names if name in timed]
+    names = [name for name in scene.quantities if name in timed]
+    return [_figure(scene, name, timed[name], bars[name], limits) for name in names]
 
 
-def _figure(scene: SceneRecord, name: str, points: Points, limits: tuple[float, float]) -> Figure:
+def _figure(
+    scene: SceneRecord, name: str, points: Points, bar: float, limits: tuple[float, float]
+) -> Figure:
     low, high = limits
     truth, level = scene.reference.method, scene.reference.resolution
     errors = np.array([abs(item.error) for item, *_ in points])
@@ -93,9 +102,6 @@ def _figure(scene: SceneRecord, name: str, points: Points, limits: tuple[float, 
     for _, spent, _ in points:
         times += [spent.single_seconds, spent.seconds - np.nan_to_num(spent.setup_seconds)]
     span = _time_range(np.array(times))
-    # The bar of the reference, or else the widest bar of the settings.
-    bars = [v.uncertainty for v, *_ in points if fmt.finite(v.uncertainty)]
-    bar = max([*scene.reference.known_to(name)] or bars, default=0.0)
     known_to = max(low, bar)
     series: list[Series] = []
     if bar > low and span[0] < truth_seconds < span[1]:
@@ -128,7 +134,8 @@ def _figure(scene: SceneRecord, name: str, points: Points, limits: tuple[float, 
         series.append(Series(where, nowhere, nowhere, line=False, size=9))
     several = any(spent.surfaces > 1 for _, spent, _ in points)
     hollow = any((item.hollow & np.isfinite(item.x * item.y)).any() for item in series)
-    caption = f"{CAPTION}; hollow: {SINGLE if several else REUSED}." if hollow else f"{CAPTION}."
+    caption = CAPTION
+    caption += f" {SINGLE if several else REUSED}" if hollow else ""
     caption += " Shaded: below the bar of the reference." if bar > low else ""
     caption += f" {SIGN_NOTE}" if arrows else ""
     caption += f" {ITSELF}." if truth in {item.method for item, *_ in points} else ""

@@ -21,6 +21,7 @@ from comparisons.scene.fields import unit_of
 from comparisons.scene.loading import LoadRange
 from comparisons.scene.scene import PREPARATION, Scene
 from comparisons.tasks.stresses import FROM_PRESSURE
+from reports.plots.axes import key_words
 from reports.plots.stored import stored_fields
 from reports.tables.scene import stresses
 
@@ -187,10 +188,7 @@ def _words(table: BaseModel) -> Iterator[str]:
             several = value if isinstance(value, tuple) else (value,)
             texts, joint = [_text(item, unit) for item in several], " × " if key in SIDES else " / "
         if texts and all(texts):
-            words = (
-                key.replace("youngs", "Young's").replace("poisson", "Poisson's").replace("_", " ")
-            )
-            yield f"{words} {joint.join(texts)}"
+            yield f"{key_words(key)} {joint.join(texts)}"
 
 
 def _text(value: Any, unit: str) -> str:

@@ -213,9 +213,12 @@ def print_claims(record: ClaimsRecord, report: Path, took: str = "") -> None:
     from reports.tables.validation import claims
 
     console = Terminal()
+    disagreeing: dict[str, dict[str, None]] = {}  # text -> claims: they may share measurements
     for claim in record.claims:
         for text in claim.disagreements:
-            console.print(f"{claim.id}: {text}", style="bold")
+            disagreeing.setdefault(text, {})[claim.id] = None
+    for text, ids in disagreeing.items():
+        console.print(f"{', '.join(ids)}: {text}", style="bold")
     shown = record.claims
     if (console.is_terminal or took) and len(shown) > SCREEN:
         counts = Counter(claim.verdict for claim in shown).most_common()

@@ -1,7 +1,7 @@
 // Plots: drawn when they come into sight, in the colours of light or dark.
 const dark = window.matchMedia("(prefers-color-scheme: dark)");
 const coarse = window.matchMedia("(pointer: coarse)").matches;
-const PRINT_WIDTH = 330, PRINT_HEIGHT = 320, NARROW = 480, LONGEST_NAME = 17;
+const PRINT_WIDTH = 330, PRINT_HEIGHT = 320, NARROW = 480;
 const THEMES = {
   light: { ink: "#1a1a1a", muted: "#5f6368", grid: "#e3e5e8", paper: "#ffffff", peer: "#767676",
     "ink-band": "rgba(0,0,0,0.16)", "peer-band": "rgba(118,118,118,0.2)", "truth-band": "rgba(90,100,110,0.22)" },
@@ -70,9 +70,7 @@ const specOf = (canvas) => {
   spec.layout.template = shared();
   spec.layout.autosize = true;
   if (coarse) spec.layout.dragmode = false;
-  // Two names side by side on a phone leave the plot more room, where both fit.
-  const fit = spec.data.every((trace) => trace.showlegend === false || (trace.name ?? "").length <= LONGEST_NAME);
-  if (fit && canvas.clientWidth && canvas.clientWidth < NARROW) spec.layout.template.layout.legend.entrywidth = 110;
+  if (canvas.clientWidth && canvas.clientWidth < NARROW) spec.layout.template.layout.font.size = 11;
   return spec;
 };
 // No tool bar: buttons inside an image are none for a screen reader. Dragging zooms, a double click

@@ -26,7 +26,8 @@ from comparisons.results.recording import explained
 from comparisons.results.rows import NO_ROWS, Rows
 from comparisons.solving.plan import PlanRecord
 from reports.pages import study as html
-from reports.pages.page import embedded_json
+from reports.pages.page import embedded_json, told_once
+from reports.plots.errors import errors
 from reports.tables import scene as tables
 
 SECTIONS = ("picture", "plan", "curves", "errors", "pressure", "speed", "table", "repeat")
@@ -141,6 +142,14 @@ def test_text_in_plots_carries_no_markup_of_strangers(parsed):
     assert crosses
     assert all("<b>" not in text for trace in crosses for text in trace["text"])
     assert "&lt;b&gt;" in crosses[0]["text"][0]
+
+
+def test_what_captions_share_is_said_once_above_their_plots(study, parsed):
+    captions = ("Each line (eq. 4.22). A band.", "A band. Another * line.", "Alone.")
+    (figure, *_) = errors(study.scenes[0])
+    said = told_once([replace(figure, caption=caption) for caption in captions])
+    assert said == ("A band.", ["Each line (eq. 4.22).", "Another * line.", "Alone."])
+    assert parsed.text.count("lower left is better.") == len(study.scenes)
 
 
 def test_what_is_not_a_number_is_a_gap_in_the_embedded_data():

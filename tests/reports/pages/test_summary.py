@@ -8,7 +8,13 @@ from comparisons.questions.claims.record import RECORD, ClaimRecord, ClaimsRecor
 from comparisons.results.advice import advise
 from comparisons.results.record import SceneRecord
 from reports.pages import study as html
-from reports.pages.study import claims_beside, compared_methods, scene_view, times_to_errors
+from reports.pages.study import (
+    claims_beside,
+    compared_methods,
+    in_words,
+    scene_view,
+    times_to_errors,
+)
 from reports.tables import scene as tables
 
 
@@ -22,6 +28,7 @@ def test_the_worst_quantity_stands_for_a_scene(study):
     scene = study.scenes[1]
     told = scene_view(scene, "")
     assert (told.decisive.quantity, told.decisive.word) == ("contact_area", "outside")
+    assert in_words(scene, told.decisive).endswith("% at F = 100\u202fnN")  # no number of a step
     assert told.truth.startswith("FFT BEM ±")
     exact = scene_view(study.scenes[0], "")
     assert exact.fastest == tuple(advise(study.scenes[0]).reaching()[:2])

@@ -208,10 +208,10 @@ def test_setup_is_taken_off_at_the_hollow_marker(study):
     assert rest["x"] == pytest.approx([0.3 * value for value in full["x"]], rel=1e-4)
     assert rest["y"] == full["y"]
     assert rest["marker"]["symbol"] == "triangle-up-open"
-    assert "hollow: without the set-up" in figure.caption
+    assert "Hollow: without the set-up" in figure.caption
     assert not {"Shaded:", "*"} & {*figure.caption.split()}  # Hertz is exact
     whole = Rows.of(study.scenes[0].rows.frame().assign(setup_seconds_all=0.0))
-    assert "hollow" not in speed.speed(replace(study.scenes[0], rows=whole))[0].caption
+    assert "Hollow" not in speed.speed(replace(study.scenes[0], rows=whole))[0].caption
 
 
 def test_no_setting_lies_below_the_front(study):
@@ -231,6 +231,7 @@ def test_the_reference_is_marked_at_its_own_uncertainty(study):
     figure = speed.speed(study.scenes[1])[0]
     (mark,) = traces(figure, "reference (FFT BEM)")
     assert mark["y"] == [0.01]
+    assert spec(figure)["layout"]["yaxis"]["range"][0] == -3  # the decade below the bar, no more
     assert {"Shaded:", "*"} < {*figure.caption.split()}
 
 
