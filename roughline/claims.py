@@ -15,7 +15,9 @@ from comparisons.questions.claims import claim as files
 from comparisons.questions.claims.record import ClaimRecord
 from comparisons.questions.claims.runner import judge_claim
 from reports.plots.claims import evidence
+from reports.tables import lists
 from reports.tables.validation import measurements
+from reports.tables.written import frame
 from roughline import notebook
 
 if TYPE_CHECKING:
@@ -131,6 +133,4 @@ def list_claims() -> pd.DataFrame:
     >>> list_claims().loc["transform-cone", "reading"]
     'corrected'
     """
-    columns = ["id", "equation", "reading", "tolerance", "text"]
-    rows = [claim.model_dump(include=set(columns)) for claim in files.load_claims()]
-    return pd.DataFrame(rows, columns=columns).set_index("id")
+    return frame(lists.claims()).set_index("id")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from reports.tables.cells import Table, table
+from reports.tables.cells import Table, number, table
 
 
 def scenes() -> Table:
@@ -34,12 +34,18 @@ def methods() -> Table:
 
 
 def claims() -> Table:
-    """Return the built-in claims with their texts."""
+    """Return the built-in claims with their texts, in the chapter's order."""
     from comparisons.questions.claims.families import builtin_claims
+    from comparisons.questions.claims.wording import limit_words
 
-    names = ("id", "equation", "reading", "text")
-    rows = (tuple(keys.get(name, "") for name in names) for keys in builtin_claims().values())
-    return table(names, rows, title="Built-in claims")
+    rows = []
+    for name, keys in builtin_claims().items():
+        factor = keys.get("factor")
+        limit = keys["tolerance"] if factor is None else factor - 1.0
+        told = name, keys["equation"], keys.get("reading", "printed")
+        rows.append((*told, number(limit_words(limit, factor), limit), keys["text"]))
+    heads = ("id", "equation", "reading", "tolerance", "text")
+    return table(heads, rows, title="Built-in claims")
 
 
 def hard_cases() -> Table:

@@ -192,25 +192,24 @@ def report(directory: Path, *, pictures: bool = True, static: Flag = False) -> i
         Beside it, write report-static.html for mail (see `roughline run`).
     """
     from comparisons.files import write_text
+    from comparisons.questions.claims import record as claims
+    from comparisons.questions.hard_cases import case as hard_cases
     from comparisons.results.folder import MAILED, PAGE, RECORDS, held
     from comparisons.results.store import STUDY, load_study
 
     page = directory / PAGE
     with held(directory) if directory.is_dir() else nullcontext():
         name = next((name for name in RECORDS if (directory / name).exists()), STUDY)
-        judged = name in ("claims.json", "hard-cases.json")
-        if judged and static:
+        if static and name in (claims.RECORD, hard_cases.RECORD):
             raise InputError(f"--static: expected results of `roughline run`, got {name}")
-        if name == "claims.json":
-            from comparisons.questions.claims.record import load_claims_record
+        if name == claims.RECORD:
             from reports.pages.claims import claims_page
 
-            write_text(page, claims_page(load_claims_record(directory)))
-        elif judged:
-            from comparisons.questions.hard_cases.case import load_record
+            write_text(page, claims_page(claims.load_claims_record(directory)))
+        elif name == hard_cases.RECORD:
             from reports.pages.hard_cases import hard_cases_page
 
-            write_text(page, hard_cases_page(load_record(directory)))
+            write_text(page, hard_cases_page(hard_cases.load_record(directory)))
         else:
             _write_study(load_study(directory), pictures, static)
     say(page)
