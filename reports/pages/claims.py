@@ -3,16 +3,33 @@
 from __future__ import annotations
 
 import math
-from types import SimpleNamespace
+from dataclasses import dataclass
 
-from comparisons.questions.claims.record import VERDICTS, ClaimsRecord
+from comparisons.questions.claims.record import VERDICTS, ClaimRecord, ClaimsRecord
 from comparisons.questions.claims.wording import error_text, limit_words
 from reports.pages.page import render, tally
 from reports.plots.claims import boundary_map, evidence
+from reports.plots.figure import Figure
 from reports.tables.validation import beyond, measurements
 
 # Of more claims the page shows how many have which verdict; a click, a link or a search opens them.
 MOST_UNFOLDED = 12
+
+
+@dataclass(frozen=True)
+class ClaimView:
+    """What the page shows of a claim: its record, and the error that decides."""
+
+    record: ClaimRecord
+    text: str
+    error: float
+    uncertainty: float
+    figures: list[Figure]
+
+    @property
+    def anchor(self) -> str:
+        """Where the claim stands on the page."""
+        return f"claim-{self.record.id}"
 
 
 def claims_page(record: ClaimsRecord) -> str:
@@ -20,25 +37,16 @@ def claims_page(record: ClaimsRecord) -> str:
     views = []
     for claim in record.claims:
         largest = max(claim.measured, key=lambda p: -1.0 if p.error is None else abs(p.error))
+        error, bar = (math.nan if v is None else v for v in (largest.error, largest.uncertainty))
         along_others = (evidence(claim, nuisance) for nuisance in claim.nuisances)
-        figures = [evidence(claim), boundary_map(claim), *along_others]
-        views.append(
-            SimpleNamespace(
-                record=claim,
-                anchor=f"claim-{claim.id}",
-                text=error_text(largest, claim.factor),
-                error=math.nan if largest.error is None else largest.error,
-                uncertainty=math.nan if largest.uncertainty is None else largest.uncertainty,
-                figures=[figure for figure in figures if figure is not None],
-                measurements=measurements(claim),
-                openness=beyond(claim) if claim.nuisances else None,
-            )
-        )
+        figures = filter(None, [evidence(claim), boundary_map(claim), *along_others])
+        text = error_text(largest, claim.factor)
+        views.append(ClaimView(claim, text, error, bar, [*figures]))
 
-    def verdicts(views: list[SimpleNamespace]) -> list[tuple[str, int]]:
+    def verdicts(views: list[ClaimView]) -> list[tuple[str, int]]:
         return tally((view.record.verdict for view in views), VERDICTS)
 
-    by_voice: dict[str, list[SimpleNamespace]] = {}
+    by_voice: dict[str, list[ClaimView]] = {}
     for view in views:
         by_voice.setdefault(view.record.voice, []).append(view)
     drawn = {f"{view.anchor}-{figure.key}": figure for view in views for figure in view.figures}
@@ -47,6 +55,8 @@ def claims_page(record: ClaimsRecord) -> str:
         drawn,
         record=record,
         limit_words=limit_words,
+        measurements=measurements,
+        beyond=beyond,
         views=views,
         groups=[(voice, own, verdicts(own)) for voice, own in by_voice.items()]
         if len(views) > MOST_UNFOLDED

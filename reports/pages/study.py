@@ -9,10 +9,10 @@ fewer quantities.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 from threadpoolctl import threadpool_limits
@@ -23,7 +23,7 @@ from comparisons.facts.methods import CLOSED_FORM, MODEL, ours, title_of
 from comparisons.facts.quantities import in_order, quantity
 from comparisons.files import write_text
 from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN, Verdict, worst
-from comparisons.questions.claims.record import RECORD, load_claims_record
+from comparisons.questions.claims.record import RECORD, ClaimsRecord, load_claims_record
 from comparisons.results.advice import ITSELF, Advice, Setting, advise
 from comparisons.results.finding import (
     family,
@@ -84,9 +84,8 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
     """Return the whole page as text."""
     views = _views(record, with_pictures)
     claims = claims_beside(record.directory)
-    settings = [(view.anchor, view.record, view.advice) for view in views]
     # Of one scene the first screen shows its card, and its section the settings.
-    everything = speed.overview(settings) if len(views) > 1 else None
+    everything = speed.overview(record.scenes) if len(views) > 1 else None
     standing, swept = validity_map(record.scenes), sweeps(record.scenes)
     figures = [
         (view, figure) for view in views for group in view.figures.values() for figure in group
@@ -98,15 +97,15 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
     for number, figure in enumerate(claims.figures if claims else (), start=1):
         if figure:
             drawn[f"claim-{number}-evidence"] = figure
-    families: dict[str, list[SimpleNamespace]] = {}  # in the order in which they first appear
+    families: dict[str, list[SceneView]] = {}  # in the order in which they first appear
     for view in views:
-        families.setdefault(view.family, []).append(view)
-    words = (view.decisive.word for view in views if view.decisive)
+        families.setdefault(family(view.record), []).append(view)
+    words = [next(iter(view.decided.values())).word for view in views if view.decided]
     called = {method: title_in(record.scenes, method) for method in methods_of(record.scenes)}
     return render(
         "report.html.j2",
         drawn | {item.key: item for item in (everything, standing, *swept) if item},
-        data={"judging": judging(settings) | {"places": speed.places(settings)}},
+        data={"judging": judging(record.scenes) | {"places": speed.places(record.scenes)}},
         record=record,
         views=views,
         families=families,
@@ -141,17 +140,29 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
         itself=ITSELF
         if any(s.starred != s.title for v in views for s in v.advice.settings)
         else "",
-        of_means=tables.OF_MEANS,
         in_words=in_words,
+        card=card,
+        not_known_here=not_known_here,
+        plan_rows=plan_rows,
+        slider_steps=stored.slider_steps,
+        times_to_errors=times_to_errors,
+        tables=tables,
     )
 
 
-def claims_beside(directory: Path) -> SimpleNamespace | None:
+@dataclass(frozen=True)
+class ClaimsBeside:
+    """Claims tested next to a study, with the evidence for each, None where no parameter varies."""
+
+    record: ClaimsRecord
+    page: str  # the path of their own page relative to the report; "" if there is none
+    figures: list[Figure | None]
+
+
+def claims_beside(directory: Path) -> ClaimsBeside | None:
     """Return the claims tested next to a study's folder, or None.
 
-    Their record, the path of their own page relative to the report ("" if there is none), and the
-    evidence for each, None where no parameter varies. Damaged claims are also left out, so that
-    they cannot prevent the report of the study.
+    Damaged claims are also left out, so that they cannot prevent the report of the study.
     """
     folder = directory.resolve().parent / FOLDER
     if folder == directory.resolve() or not (folder / RECORD).exists():
@@ -162,10 +173,56 @@ def claims_beside(directory: Path) -> SimpleNamespace | None:
         return None
     page = folder / PAGE
     link = Path(os.path.relpath(page, directory.resolve())).as_posix() if page.exists() else ""
-    return SimpleNamespace(record=record, page=link, figures=list(map(evidence, record.claims)))
+    return ClaimsBeside(record, link, list(map(evidence, record.claims)))
 
 
-def _views(record: StudyRecord, with_pictures: bool) -> list[SimpleNamespace]:
+@dataclass(frozen=True, eq=False)
+class SceneView:
+    """What the page shows of a scene, beside tables and texts that its record gives.
+
+    Judged methods are labelled by their titles, the model, where the page leads with it, by "".
+    """
+
+    record: SceneRecord
+    anchor: str
+    judged: dict[str, dict[str, Verdict]]  # label -> quantity -> verdict
+    others: dict[str, dict[str, Verdict]]  # the same of methods that are not judged
+    figures: dict[str, list[Figure]]
+    picture: Picture = field(default_factory=Picture)
+
+    @property
+    def verdicts(self) -> dict[str, Verdict]:
+        """Those on the method that the page leads with."""
+        return next(iter(self.judged.values()))
+
+    @property
+    def decided(self) -> dict[str, Verdict]:
+        """Label -> the verdict that decides over a judged method."""
+        return {label: worst(known.values()) for label, known in self.judged.items() if known}
+
+    @property
+    def advice(self) -> Advice:
+        """What its results say about the choice of a method."""
+        return advise(self.record)
+
+    @property
+    def fastest(self) -> list[Setting]:
+        """The cheapest settings that the summary names."""
+        return self.advice.reaching()[:MOST_NAMED]
+
+    @property
+    def truth(self) -> str:
+        """The reference, and how well it is known."""
+        if not (method := self.record.reference.method):
+            return "none"
+        truth = look(method, self.record).label
+        if method == CLOSED_FORM:
+            return truth
+        bar, widest = self.advice.truth_known_to
+        return f"{truth} ± {fmt.relative(bar)} in {symbol(widest)}" if widest else f"{truth} ± ?"
+
+
+def _views(record: StudyRecord, with_pictures: bool) -> list[SceneView]:
     # Rendering waits for a process of its own, and the plots need not wait for it.
     with ThreadPoolExecutor(1) as beside:
         images = None
@@ -173,72 +230,47 @@ def _views(record: StudyRecord, with_pictures: bool) -> list[SimpleNamespace]:
             from reports.pictures import pictures  # what draws takes long to import
 
             images = beside.submit(pictures.draw, record.scenes, record.directory)
-        views = [
-            scene_view(scene, f"scene-{number}")
-            for number, scene in enumerate(record.scenes, start=1)
-        ]
+        views = [scene_view(scene, anchor_of(number)) for number, scene in enumerate(record.scenes)]
         off = Picture(note="Pictures are switched off.")
         drawn = images.result() if images else [off] * len(views)
-    for view, picture in zip(views, drawn, strict=True):
-        # Where there is none, the model's own figure is picture enough.
-        if not (view.figures["model"] and picture.note == NOTHING):
-            view.picture = picture
-    return views
+    # Where there is none, the model's own figure is picture enough.
+    return [
+        view
+        if view.figures["model"] and picture.note == NOTHING
+        else replace(view, picture=picture)
+        for view, picture in zip(views, drawn, strict=True)
+    ]
 
 
-def scene_view(scene: SceneRecord, anchor: str) -> SimpleNamespace:
+def anchor_of(number: int) -> str:
+    """Return where the scene of a number, from 0, stands on the page."""
+    return f"scene-{number + 1}"
+
+
+def scene_view(scene: SceneRecord, anchor: str) -> SceneView:
     """Return what the page shows of a scene, but for its picture."""
-    judged = {
-        "" if name == MODEL else scene.title_of(name): {
-            verdict.quantity: verdict for verdict in scene.verdicts_on(name)
-        }
-        for name in scene.judged_methods
-    }
+
+    def by_quantity(verdicts: Iterable[Verdict]) -> dict[str, Verdict]:
+        return {verdict.quantity: verdict for verdict in verdicts}
+
     failing = failure_view(scene)
     # The line stands beside its surface where there is one.
     reduced = None if failing else reduced_picture(scene)
-    decided = {label: worst(known.values()) for label, known in judged.items() if known}
-    advice = advise(scene)
-    drawn = {name: draw(scene) for name, _, draw in EVIDENCE}
-    method = scene.reference.method
-    truth = look(method, scene).label if method else "none"
-    if method and method != CLOSED_FORM:
-        bar, widest = advice.truth_known_to
-        truth += f" ± {fmt.relative(bar)} in {symbol(widest)}" if widest else " ± ?"
-    return SimpleNamespace(
-        record=scene,
-        anchor=anchor,
-        family=family(scene),
-        verdicts=next(iter(judged.values())),  # on the method that the page leads with
-        judged=judged,  # label (none where the model leads) -> quantity -> verdict
-        others={
-            look(name, scene).label: {verdict.quantity: verdict for verdict in several}
-            for name, several in scene.other_verdicts.items()
-        },
-        decisive=next(iter(decided.values()), None),  # on that method, too
-        decided=decided,
-        at_other_load=scene.verdicts_at_other_load,
-        advice=advice,
-        fastest=tuple(advice.reaching()[:MOST_NAMED]),
-        truth=truth,
-        card=card(scene),
-        unknown=not_known_here(scene),
-        plan=plan_rows(scene),
-        figures={
-            "model": [reduced] if reduced else [],
-            "failure": failing,
-            "roughness": surfaces.roughness(scene),
-            **drawn,
-        },
-        loads=stored.slider_steps(scene),
-        values=tables.values(scene) if scene.of_one_load else None,
-        spots=tables.spots(scene),
-        settings=tables.settings(scene),
-        times=times_to_errors(scene, advice),
-        stability=tables.stability(scene),
-        steps=tables.load_steps(scene),
-        picture=Picture(),
-    )
+    judged = {
+        "" if name == MODEL else scene.title_of(name): by_quantity(scene.verdicts_on(name))
+        for name in scene.judged_methods
+    }
+    others = {
+        look(name, scene).label: by_quantity(several)
+        for name, several in scene.other_verdicts.items()
+    }
+    figures = {
+        "model": [reduced] if reduced else [],
+        "failure": failing,
+        "roughness": surfaces.roughness(scene),
+        **{name: draw(scene) for name, _, draw in EVIDENCE},
+    }
+    return SceneView(scene, anchor, judged, others, figures)
 
 
 def in_words(scene: SceneRecord, verdict: Verdict) -> str:
@@ -259,8 +291,9 @@ def compared_methods(scenes: tuple[SceneRecord, ...]) -> list[str]:
     ]
 
 
-def times_to_errors(scene: SceneRecord, advice: Advice) -> Table:
+def times_to_errors(scene: SceneRecord) -> Table:
     """Return the cheapest setting of each method that reaches 1 %, 0.1 % and the tolerance."""
+    advice = advise(scene)
     errors = sorted({*FIXED_ERRORS, scene.tolerance}, reverse=True)
     reached = {error: advice.cheapest_for(error) for error in errors}
     methods = [m for m in scene.methods if any(m in settings for settings in reached.values())]
@@ -289,8 +322,8 @@ def times_to_errors(scene: SceneRecord, advice: Advice) -> Table:
 STEPS = (*(float(f"{step}e{power}") for power in range(-5, 0) for step in (1, 2, 5)), 1.0)
 
 
-def judging(scenes: Sequence[tuple[str, SceneRecord, Advice]]) -> dict[str, Any]:
-    """Return what the page needs to judge scenes (anchor, record, advice) anew.
+def judging(scenes: Sequence[SceneRecord]) -> dict[str, Any]:
+    """Return what the page needs to judge scenes anew.
 
     Of the judged methods the page leads with the first.
     """
@@ -300,7 +333,7 @@ def judging(scenes: Sequence[tuple[str, SceneRecord, Advice]]) -> dict[str, Any]
         "exact": f"{title_of(CLOSED_FORM)} (exact)",
         "scenes": [
             {
-                "anchor": anchor,
+                "anchor": anchor_of(number),
                 "name": scene.name,
                 "family": family(scene),
                 "order": in_order(scene.quantities),
@@ -321,12 +354,12 @@ def judging(scenes: Sequence[tuple[str, SceneRecord, Advice]]) -> dict[str, Any]
                 "others": [
                     [_ends(verdict) for verdict in known] for known in scene.other_verdicts.values()
                 ],
-                "lucky": sorted(advice.lucky),
+                "lucky": sorted(advise(scene).lucky),
                 "steep": scene.too_steep,
                 "unjudged": unjudged(scene),
-                "settings": [_setting(setting, advice) for setting in advice.settings],
+                "settings": [_setting(scene, setting) for setting in advise(scene).settings],
             }
-            for anchor, scene, advice in scenes
+            for number, scene in enumerate(scenes)
         ],
     }
 
@@ -343,8 +376,8 @@ def _ends(verdict: Verdict) -> dict[str, Any]:
     }
 
 
-def _setting(setting: Setting, advice: Advice) -> dict[str, Any]:
-    deepest = advice.record.finest(setting.method) or 0
+def _setting(scene: SceneRecord, setting: Setting) -> dict[str, Any]:
+    deepest = scene.finest(setting.method) or 0
     return {
         "method": setting.method,
         "title": setting.starred,
@@ -357,7 +390,7 @@ def _setting(setting: Setting, advice: Advice) -> dict[str, Any]:
         # Beyond the finest grid that solved the most steps, a grid is no evidence.
         "judged": not setting.is_truth
         and setting.resolution <= deepest
-        and setting.method not in advice.lucky,
+        and setting.method not in advise(scene).lucky,
         "finest": setting.resolution == deepest,
         "ranked": setting.method != CLOSED_FORM,
         "solver": setting.solves_in_3d,

@@ -13,7 +13,7 @@ from comparisons.facts.methods import MODEL
 from comparisons.facts.quantities import QUANTITIES, quantity
 from comparisons.judging.metrics import front
 from comparisons.judging.verdicts import NO_RESULT, Verdict
-from comparisons.results.advice import ITSELF, Advice, Setting
+from comparisons.results.advice import ITSELF, Setting, advise
 from comparisons.results.record import Cost, Failure, SceneRecord
 from reports.plots.axes import (
     DOWN,
@@ -53,7 +53,6 @@ OVERVIEW_CAPTION = (
 )
 # The settings of a method for one quantity: the verdict on each, its cost, its unknowns.
 Points = list[tuple[Verdict, Cost, float]]
-Scenes = Sequence[tuple[str, SceneRecord, Advice]]
 
 
 def speed(scene: SceneRecord) -> list[Figure]:
@@ -235,8 +234,8 @@ def _failures(
     ]
 
 
-def overview(scenes: Scenes) -> Figure | None:
-    """Return the plot of all settings of all scenes (anchor, record, advice), or None.
+def overview(scenes: Sequence[SceneRecord]) -> Figure | None:
+    """Return the plot of all settings of all scenes, or None.
 
     Each method has two series, of points and of arrows at the foot, in the order of `places`.
     """
@@ -248,7 +247,7 @@ def overview(scenes: Scenes) -> Figure | None:
     series: list[Series] = []
     for method, items in by_method.items():
         title = ", ".join(dict.fromkeys(item.title for *_, item in items))
-        style = look(method, scenes[0][1]).labelled(title)
+        style = look(method, scenes[0]).labelled(title)
         own = Series(
             replace(style, size=min(style.size, 8)),
             np.array([setting.seconds for *_, setting in items]),
@@ -274,16 +273,18 @@ def overview(scenes: Scenes) -> Figure | None:
     )
 
 
-def places(scenes: Scenes) -> list[list[tuple[int, int]]]:
+def places(scenes: Sequence[SceneRecord]) -> list[list[tuple[int, int]]]:
     """Return the places (scene, setting) of the points of each method in the page's judgements."""
     return [[(number, place) for number, place, *_ in items] for items in _points(scenes).values()]
 
 
-def _points(scenes: Scenes) -> dict[str, list[tuple[int, int, SceneRecord, Setting]]]:
+def _points(
+    scenes: Sequence[SceneRecord],
+) -> dict[str, list[tuple[int, int, SceneRecord, Setting]]]:
     """Return the settings of each method that can be drawn, in drawing order."""
     points: dict[str, list[tuple[int, int, SceneRecord, Setting]]] = {}
-    for number, (_, scene, advice) in enumerate(scenes):
-        for place, setting in enumerate(advice.settings):
+    for number, scene in enumerate(scenes):
+        for place, setting in enumerate(advise(scene).settings):
             if np.isfinite(_ratio(scene, setting)) and setting.seconds > 0:
                 points.setdefault(setting.method, []).append((number, place, scene, setting))
     return {method: points[method] for method in drawing_order(points)}

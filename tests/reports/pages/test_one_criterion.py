@@ -20,7 +20,7 @@ from comparisons.solving.planning import plan_scene
 from reports.pages import study as html
 from reports.pages.study import scene_view
 from reports.tables.judged import printed_verdicts
-from reports.tables.scene import printed_settings
+from reports.tables.scene import printed_settings, values
 from roughline.commands import terminal
 from roughline.comparing import Comparison
 
@@ -173,11 +173,12 @@ def test_of_a_single_load_there_is_a_table_in_place_of_curves():
     view = scene_view(scene, "scene-1")
     assert not view.figures["curves"]
     assert not view.figures["errors"]
-    heads = [head.text.partition(" / ")[0] for head in view.values.heads]
+    shown = values(scene)
+    heads = [head.text.partition(" / ")[0] for head in shown.heads]
     assert heads[:4] == ["method", "force F", "error", "penetration depth d"]
     assert heads[heads.index("penetration depth d") + 1] != "error"  # prescribed
     place = heads.index("force F")
-    rows = {row[0].text: row for row in view.values.rows}
+    rows = {row[0].text: row for row in shown.rows}
     assert rows["closed form"][place + 1].text == "reference"
     assert tuple(view.others["FFT BEM"].values()) == scene.verdicts_on("bem_fft")
     assert not view.judged.keys() & view.others.keys()
@@ -185,7 +186,7 @@ def test_of_a_single_load_there_is_a_table_in_place_of_curves():
     assert rows["FFT BEM"][place + 1].text == verdict.number
     assert verdict.text == f"force {verdict.number}"
     captions = [figure.caption for group in view.figures.values() for figure in group]
-    said = " ".join([verdict.where, *(head.text for head in view.values.heads), *captions])
+    said = " ".join([verdict.where, *(head.text for head in shown.heads), *captions])
     assert "step 1" not in said
     assert "last load" not in said
 
@@ -195,7 +196,7 @@ def test_what_a_single_load_prescribes_is_judged_only_if_nothing_else_is_asked(a
     """It was "no result" in every table; without a verdict of another, it says why."""
     scene = solved("paraboloid", TWO | {"loading": {"force": ["1 N"]}, "compare.quantities": asked})
     known = {item.quantity: (item.word, item.reason) for item in scene.verdicts_on()}
-    assert scene_view(scene, "scene-1").values.rows
+    assert values(scene).rows
     if len(asked) > 1:
         assert known == {"penetration": ("within", "")}
     else:

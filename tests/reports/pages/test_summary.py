@@ -27,11 +27,12 @@ def test_the_worst_quantity_stands_for_a_scene(study):
     """Contact area is outside, penetration within: the scene's line says outside, and which."""
     scene = study.scenes[1]
     told = scene_view(scene, "")
-    assert (told.decisive.quantity, told.decisive.word) == ("contact_area", "outside")
-    assert in_words(scene, told.decisive).endswith("% at F = 100\u202fnN")  # no number of a step
+    (decisive,) = told.decided.values()
+    assert (decisive.quantity, decisive.word) == ("contact_area", "outside")
+    assert in_words(scene, decisive).endswith("% at F = 100\u202fnN")  # no number of a step
     assert told.truth.startswith("FFT BEM ±")
     exact = scene_view(study.scenes[0], "")
-    assert exact.fastest == tuple(advise(study.scenes[0]).reaching()[:2])
+    assert exact.fastest == advise(study.scenes[0]).reaching()[:2]
     assert exact.truth == "closed form"
 
 
@@ -39,7 +40,7 @@ def test_times_to_an_error_are_those_of_settings_that_were_run(study):
     """The table says what the advice does; what no setting reaches is not told."""
     advice = advise(study.scenes[0])
     assert advice.cheapest_for(1e-9)["fem"] is None
-    table = {row["method"].text: row for row in cells(times_to_errors(study.scenes[0], advice))}
+    table = {row["method"].text: row for row in cells(times_to_errors(study.scenes[0]))}
     for error, head in ((0.01, "time to 1\u202f%"), (0.001, "time to 0.1\u202f%")):
         best = advice.cheapest_for(error)["reduced"]
         assert table["reduced model"][head].key == best.seconds
