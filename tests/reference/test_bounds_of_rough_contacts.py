@@ -27,6 +27,7 @@ def _displacement(pressure, x, y, spacing):
     return np.einsum("ijkl,kl->ij", kernel, pressure)
 
 
+@pytest.mark.slow
 def test_displacement_is_bounded_between_the_middles_of_cells():
     rng = np.random.default_rng(3)
     pressure = rng.random((6, 6))
@@ -144,6 +145,7 @@ def test_less_than_a_cell_touches():
     assert 4 / 3 * depth**1.5 / np.sqrt(max(xx, yy)) < pressed.lower < pressed.upper < most
 
 
+@pytest.mark.slow
 def test_a_touch_beneath_all_samples_has_an_upper_bound_above_the_lower_one():
     """The top is a sample, and the surface rises above it: it touches already at no depth."""
     pressed = Patch(_heights(8), 1.0, 4).force(1e-12, 1.0)

@@ -82,6 +82,7 @@ def test_unloading_is_elastic_on_what_is_left_and_reloading_finds_the_state_agai
         assert_allclose(half.contact.force, other.force, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_work_is_elastic_energy_and_dissipation():
     # the trapezoidal rule over 80 steps down and 40 up
     path = DEPTH * np.append(np.linspace(0, 1, 81)[1:], np.linspace(1, 0, 41)[1:])

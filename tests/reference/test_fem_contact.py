@@ -138,6 +138,7 @@ def test_nearly_incompressible_elements_do_not_lock():
     assert abs(hertz_error(body, step)) < 0.03
 
 
+@pytest.mark.slow
 def test_half_and_full_models_agree():
     """A shape that is even in one direction only: half of the mesh, the same forces (1e-9)."""
 

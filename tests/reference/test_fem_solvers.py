@@ -67,6 +67,7 @@ def test_conjugate_gradients_solve_the_equations_of_the_elimination(kind, nu):
     np.testing.assert_allclose(field, sunk, atol=2e-5 * np.abs(sunk).max())
 
 
+@pytest.mark.slow
 def test_conjugate_gradients_take_as_many_steps_on_every_mesh():
     """They grow with the logarithm of radius over element, not with its root, 1.7 from 2 to 6."""
     steps = []

@@ -122,6 +122,7 @@ def two_spheres(x, y):
     return sum((x**2 + y**2) / (2.0 * radius) for radius in RADII)
 
 
+@pytest.mark.slow
 def test_units_do_not_change_digits():
     lines, others = np.linspace(-1.0, 1.0, 6), np.linspace(-1.1, 1.1, 8)
     forces = []

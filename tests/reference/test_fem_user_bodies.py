@@ -264,6 +264,7 @@ def test_steps_of_multigrid_do_not_grow_with_the_mesh(name):
     assert steps[1] < 60
 
 
+@pytest.mark.slow
 def test_units_do_not_change_digits_of_multigrid():
     """By powers of two no digit, from metres to nanometres rounding times the steps."""
     mesh = block("tetra10", [np.linspace(0.0, 1.0, 5)] * 3, distort=0.2)

@@ -242,6 +242,7 @@ def held_in(unit: float) -> tuple[float, float]:
     return contact.force / unit**2, problem.stiffness(contact) / unit
 
 
+@pytest.mark.slow
 def test_units_of_length_cost_no_digit():
     """Powers of two: bit by bit. A large right side ended SciPy's MINRES early."""
     here = held_in(1.0)

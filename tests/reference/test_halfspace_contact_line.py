@@ -82,6 +82,7 @@ def test_the_rim_of_pressures_through_the_cells_is_that_of_hertz():
     assert abs(np.mean(errors)) < 0.008
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kernel", ["continuum", "cells"])
 def test_rough_areas_need_no_grid_eight_times_finer(kernel):
     """Two points per shortest wave refined fourfold: 2 %; counted cells miss by 5 %."""

@@ -317,6 +317,7 @@ def test_the_film_of_a_ball_hardly_rough_is_the_smooth_one_and_keeps_its_mass():
         assert film.film_minimum == pytest.approx(smooth.film_minimum, abs=3 * rms + 1e-12)
 
 
+@pytest.mark.slow
 def test_half_of_an_even_film_is_the_whole():
     """A wave along the flow is even in y; the same cells without the mirror give the same film."""
     even = waviness(5e-7, LONG, "along")

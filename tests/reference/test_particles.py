@@ -212,6 +212,7 @@ def test_plastic_strain_relieves_the_stress_of_a_homogeneous_strain():
     assert_allclose(pulls, 0, atol=1e-13)
 
 
+@pytest.mark.slow
 def test_pressing_leaves_what_has_flowed_as_a_path_does():
     """Loads of `press` follow each other on the body, too: less of it flows no more."""
     body, gap = yielding()

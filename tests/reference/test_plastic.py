@@ -135,6 +135,7 @@ def test_force_in_full_plasticity_is_that_of_other_finite_elements():
     assert_allclose(moment.force / FORCE, 246.6, rtol=0.01)
 
 
+@pytest.mark.slow
 def test_a_thousand_times_the_depth_of_first_yield_is_reached():
     walk = dent(1000.0, 3)
     (moment,) = pressed(walk, 1000.0)

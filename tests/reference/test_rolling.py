@@ -209,6 +209,7 @@ def test_a_coupled_roller_on_elements_is_that_on_the_half_space():
         assert_allclose(other.penetration, one.penetration, rtol=0.01)
 
 
+@pytest.mark.slow
 def test_flow_through_the_mesh_softens_it():
     """Inertia: the compliance of a load that moves, by Rayleigh's function (here nu = 0)."""
     wave = (np.array([2 * np.pi / 64]), np.array([0.0]))

@@ -112,6 +112,7 @@ def test_xu_s_area_lies_between_persson_s_and_that_over_the_root_of_gamma():
     assert XU.area(1.0) == pytest.approx(1.0, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_xu_s_pressures_carry_the_load_and_the_gap_falls_by_the_stiffness():
     """Mean pressure to the width of 4000 bins; below 1e-7 h' the gap goes on with ln p."""
     p = 0.005

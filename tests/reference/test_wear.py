@@ -1,6 +1,7 @@
 """Worn shapes on the half-space: waves, balls, fretting; closed forms of worn bodies."""
 
 import numpy as np
+import pytest
 from numpy.testing import assert_allclose
 
 from reference.closed_form import cylinder, paraboloid
@@ -40,6 +41,7 @@ def test_volume_is_archards_to_round_off():
     assert_allclose(state.contact.force, 4 / 3, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_fretting_ends_at_popovs_limit():
     """Cells know a stick circle of four of them to their own width, and the force by 3 %."""
     limit = FrettingLimit(paraboloid(1.0, 1.0), 1.0, 0.5)

@@ -31,6 +31,7 @@ def known():
     return tomllib.loads(SCRIPT.with_suffix(".toml").read_text(encoding="utf-8"))
 
 
+@pytest.mark.slow
 def test_half_a_ball_in_a_small_contact_is_hertzs(script):
     """At a/R = 0.01; that the body ends is worth a share of a/R."""
     radius, modulus, depth = 50.0, 20e3, 0.005

@@ -205,6 +205,7 @@ def sampled(points, force):
     return {"penetration": contact.penetration, "contact_area": located_area(contact)}
 
 
+@pytest.mark.slow
 def test_the_bar_of_crossed_cosines_holds_their_direct_sampling(mapped, solved, planned):
     """32 x 32 points, of which finer grids are made, against 512 x 512 of the function itself.
 

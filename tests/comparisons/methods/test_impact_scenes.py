@@ -43,6 +43,7 @@ def test_every_method_strikes_as_hertz_did(method, resolution, tolerance):
     np.testing.assert_array_equal(result["restitution"], 1.0)
 
 
+@pytest.mark.slow
 def test_the_bar_of_a_load_curve_holds_its_error():
     """A sphere to half its radius is no power law: the ladder's own bar covers what it errs."""
     scene = {

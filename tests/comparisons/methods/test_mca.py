@@ -78,6 +78,7 @@ def test_loads_of_many_decades_err_alike(asked, curves):
     assert errors[0] == pytest.approx(errors[1], abs=1e-6)
 
 
+@pytest.mark.slow
 def test_stiffness_is_that_of_the_contact_set(asked, curves):
     made = asked(compare=COMPARED | {"quantities": ["stiffness", "energy"]})
     found, true = curves(made, "mca", 3), curves(made, "closed_form")

@@ -161,6 +161,7 @@ def test_methods_stay_within_what_they_leave_out_of_the_half_space(
     assert not {*HALF_AXES} & {*ours.quantities}  # those of an ellipsoid only
 
 
+@pytest.mark.slow
 def test_lateral_creep_drives_aside(solved, scene):
     aside = rolling(scene, rolling={"creep": 0.0, "lateral_creep": [-0.001, 0.001]})
     for name in ("reduced", "bem_fft", "fem", "fastsim", "kalker"):

@@ -277,12 +277,12 @@ def test_no_creep_at_all_has_no_place_on_the_creep_curve():
 
 def test_at_two_tolerances_one_scene_has_one_answer():
     """What is said to be within the claim's own tolerance is so when asked for that tolerance."""
-    ratios = [*np.geomspace(1.01, 25.0, 12), 2.0085]
+    ratios = [*np.geomspace(1.01, 25.0, 6), 2.0085]
     scenes = [
         ("ellipsoid-2", {"indenter.radius_x": 0.01 * ratio, "indenter.radius_y": 0.01})
         for ratio in ratios
     ]
-    loads = (0.0005, 0.001, 0.003, 0.01, 0.03, 0.05, 0.1, 0.2)
+    loads = (0.0005, 0.003, 0.03, 0.1)
     scenes += [
         ("rough-free", {"loading": {"force": {"value": load, "relative_to": "E* A0 h'"}}})
         for load in loads

@@ -395,6 +395,7 @@ def of(tmp_path):
     return solved
 
 
+@pytest.mark.slow
 def test_the_springs_of_a_round_line_err_more_the_longer_the_ellipse(of):
     """Force at equal depth: (19.17) for an ellipse errs by -1, -5 % at radii of 2, 5 to one."""
     record = of({"indenter.radius_x": ["20 mm", "50 mm", "10 mm"]})

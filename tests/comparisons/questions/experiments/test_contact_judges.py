@@ -140,6 +140,7 @@ def test_the_stiffness_converges_with_the_fourth_power_of_the_elements(kind, sup
     assert order > 3
 
 
+@pytest.mark.slow
 def test_in_plane_strain_the_compliance_grows_by_two_over_pi_per_e_fold():
     """Flamant's field: d = (2 F/(pi E*)) ln R + const, whatever nu; corrections O((a/R)^2)."""
     low, high = (
@@ -149,6 +150,7 @@ def test_in_plane_strain_the_compliance_grows_by_two_over_pi_per_e_fold():
     assert (high - low) / np.log(100) == pytest.approx(2 / np.pi, rel=2e-4)
 
 
+@pytest.mark.slow
 def test_mean_displacement_and_energy_far_away_are_those_of_a_point_force():
     """2 <u>/d = (7 - 6 nu)/(2 pi (1 - nu)) D/R, by integrating Boussinesq's u_z over a half-ball.
 
@@ -172,6 +174,7 @@ def test_a_free_body_deforms_about_its_centre_of_mass():
     assert contact.energy[-1] == 1.0
 
 
+@pytest.mark.slow
 def test_the_problem_sheet_lies_within_coarser_intervals():
     # two enclosures of one number overlap; those of a few cells hold the sheet's
     file = Path(__file__).parents[4] / "docs" / "problem-sheet.csv"

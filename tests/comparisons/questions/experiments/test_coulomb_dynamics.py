@@ -140,6 +140,7 @@ def test_the_dry_oscillator_swings_as_den_hartog_found(ratio, friction):
     assert 0.5 * (x.max() - x.min()) == pytest.approx(expected, rel=1e-4)
 
 
+@pytest.mark.slow
 @given(
     mass=st.tuples(*[st.floats(0.2, 5)] * 3),
     friction=st.tuples(*[st.floats(0.05, 1)] * 3),

@@ -135,6 +135,7 @@ def test_the_bar_of_the_grid_covers_the_change_to_finer_grids():
     assert refined.uncertainty > native.uncertainty
 
 
+@pytest.mark.slow
 def test_first_yield_of_other_shapes():
     """Self-similar shapes: forces go as the stresses to the power -(n + 1)/(n - 1)."""
     for rule in ("own_curvature", "one_radius"):
