@@ -33,7 +33,6 @@ def hard_cases_page(record: HardCasesRecord) -> str:
         record=record,
         figure=figure,
         tally=tally((outcome.kind for outcome in record.outcomes), KINDS),
-        round_off=fmt.ROUND_OFF,
     )
 
 

@@ -47,18 +47,12 @@ def board_table(board: Board) -> Table:
     rows = []
     for judged in board.entries:
         entry = judged.entry
-        errors = []
-        for verdict in judged.verdicts.values():
-            solved = verdict.step >= 0
-            errors.append(
-                cells.error(verdict.error, verdict.uncertainty) if solved else cells.NOTHING
-            )
         seconds = cells.NOTHING if entry.seconds is None else cells.duration(entry.seconds)
         rows.append(
             (
                 *(entry.solver, entry.author),
                 cells.verdict(judged.verdicts[judged.worst].word),
-                *errors,
+                *map(cells.of_verdict, judged.verdicts.values()),
                 ", ".join(quantity(name).label for name in judged.beyond),
                 seconds,
                 cells.count(entry.threads),

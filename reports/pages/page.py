@@ -34,7 +34,7 @@ from comparisons.results.record import WHERE
 from reports.plots.figure import Figure
 from reports.plots.interactive import spec
 from reports.plots.style import look
-from reports.tables.cells import tone
+from reports.tables.cells import size, tone
 
 TEMPLATES = Path(__file__).with_name("templates")
 # One program in the page, in this order: later parts use the names of earlier ones.
@@ -172,6 +172,7 @@ def environment() -> Environment:
         "quantity": quantity,
         "look": look,
         "tone": tone,
+        "size": size,
         "term": _term,
         "glossary": glossary,
         "strip": _strip,

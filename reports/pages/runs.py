@@ -15,7 +15,6 @@ from reports.plots.style import DOTTED, MUTED, Look, drawing_order, look
 from reports.tables.runs import changes
 
 MARGIN = 1.6
-SMALLEST = 1e-12  # errors below are round-off, and a plot of their ratios would show noise
 DIAGONAL = Look("unchanged", MUTED, dash=DOTTED)
 ERRORS = (
     "One marker per solve (a method at a resolution): its largest error before and after, relative "
@@ -56,7 +55,7 @@ def before_and_after(solves: Sequence[Change]) -> list[Figure]:
     """Return the plots of errors and of times, those that have a point."""
     figures = []
     methods = dict.fromkeys(solve.method for solve in solves)
-    errors = np.maximum([change.errors for change in solves], SMALLEST)
+    errors = np.maximum([change.errors for change in solves], fmt.ROUND_OFF)
     times = np.array([change.seconds for change in solves], dtype=float)
     for word, caption, both, label in (
         ("error", ERRORS, errors, per_cent),

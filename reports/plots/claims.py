@@ -133,7 +133,7 @@ def _hover(point: PointRecord) -> str:
 
 def detail(number: float | str | None) -> str:
     """Return a detail of a measurement as text."""
-    return number if isinstance(number, str) else fmt.number(number)
+    return number if isinstance(number, str) else fmt.without_padding(fmt.number(number))
 
 
 def validity_map(scenes: Sequence[SceneRecord]) -> Figure | None:

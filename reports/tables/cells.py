@@ -138,6 +138,15 @@ def duration(seconds: float) -> Cell:
     return number(fmt.duration(seconds), seconds)
 
 
+def size(error: float) -> str:
+    """Write the size of an error.
+
+    >>> size(0.0123), size(7.7e-14)
+    ('1.2\u202f%', 'round-off')
+    """
+    return "round-off" if error < fmt.ROUND_OFF else fmt.relative(error)
+
+
 def relative(value: float) -> Cell:
     """Return a share, or the size of an error."""
     return number(fmt.relative(value), value)
@@ -168,10 +177,7 @@ def verdict(*badges: str, text: str = "") -> Cell:
 
 
 def change(
-    before: float,
-    after: float,
-    written: Callable[[float], str] = fmt.relative,
-    of: Iterable[str] = (),
+    before: float, after: float, written: Callable[[float], str] = size, of: Iterable[str] = ()
 ) -> Cell:
     """Return a number before and after, if both are known, and of what it is."""
     if not (fmt.finite(before) and fmt.finite(after)):

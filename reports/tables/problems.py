@@ -84,14 +84,13 @@ def judged_table(judged: Judged, sheet: Sheet) -> Table:
     rows = []
     for name, verdict in judged.verdicts.items():
         solved = verdict.step >= 0
-        error = cells.error(verdict.error, verdict.uncertainty) if solved else cells.NOTHING
         proved = "beyond what is proved" if name in judged.beyond else ""
         at = f"load {verdict.step + 1}" if solved else ""
         lost = judged.lost(name)
         if lost:
             at = f"{at}; no value at load {', '.join(map(str, lost))}".removeprefix("; ")
         word = cells.verdict(verdict.word, text=f"{verdict.word} {fmt.tolerance(sheet.tolerance)}")
-        rows.append((quantity(name).label, error, at, word, proved))
+        rows.append((quantity(name).label, cells.of_verdict(verdict), at, word, proved))
     return table(("quantity", "largest error", "at", "verdict", "theorem"), rows)
 
 

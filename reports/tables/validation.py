@@ -95,10 +95,7 @@ def outcomes(record: HardCasesRecord) -> Table:
             if known is None:
                 row.append("")
                 continue
-            number = ""
-            if known.error is not None:
-                small = known.error < fmt.ROUND_OFF
-                number = f" {'round-off' if small else fmt.relative(known.error)}"
+            number = "" if known.error is None else f" {cells.size(known.error)}"
             text = f"{known.kind}{number}{' (!)' if known.deviation else ''}"
             row.append(cells.verdict(known.kind, text=text))
         rows.append(row)

@@ -27,6 +27,7 @@ from roughline.commands.arguments import (
     flags_of,
     overrides_of,
     part_of,
+    share,
 )
 
 if TYPE_CHECKING:
@@ -342,7 +343,6 @@ def compare(
     from comparisons.results.folder import held
     from reports.pages.runs import comparison_page
     from roughline.commands import terminal
-    from roughline.commands.arguments import share
     from roughline.studies import compare_runs
 
     runs = f"{before.resolve().name}-{after.resolve().name}"

@@ -115,9 +115,7 @@ COVERAGE, WIDTH = 0.95, 3.0
 REFUTED = 0.005
 
 
-def calibrate(
-    *, out: Path = Path("roughline-results/calibration"), workers: Workers = ALONE
-) -> int:
+def calibrate(*, out: Path = DEFAULT_FOLDER / "calibration", workers: Workers = ALONE) -> int:
     """Compare the references' error bars with true errors: closed forms, rough surfaces.
 
     Exits with code 1 if the bars of single contacts or of rough surfaces cover less than 95 % of
@@ -178,7 +176,7 @@ def calibrate(
 def hard_cases(
     *methods: str,
     full: Full = False,
-    out: Path = Path("roughline-results/hard-cases"),
+    out: Path = DEFAULT_FOLDER / "hard-cases",
     json: Path | None = None,
     case: tuple[str, ...] = (),
     workers: Workers = ALONE,

@@ -30,7 +30,7 @@ def test_what_is_folded_is_reached_by_link_filter_and_printer(visit):
         page.evaluate("dispatchEvent(new Event('afterprint'))")
         assert not table.is_visible()
         seen.follow("claim-punch-triangle")
-        assert claim.locator("blockquote").is_visible()
+        assert claim.locator(".lead").is_visible()
         seen.follow("verdicts?filter.verdict-table=punch-triangle")
         assert table.locator("tbody tr:visible").count() == 2  # stiffness and area
         assert seen.complaints == []
