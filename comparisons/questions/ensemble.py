@@ -60,6 +60,7 @@ class Ensemble(Campaign[list[bundles.Bundle], bundles.EnsembleResult]):
             raise InputError(f"{scene.name}: expected a random surface, of kind self_affine")
         plan = plan_scene(scene, "full")[0]
         self.scene, self.part, self.loads = scene, part, plan.loads
+        self.merged: tuple[Run, ...] = ()  # the runs that the files are from
         self.tasks: dict[str, Task] = {}
         curves = set(plan.scene.compare.quantities) - {*FIELDS, *DISTRIBUTIONS}
         for method in plan.methods:
@@ -112,8 +113,36 @@ class Ensemble(Campaign[list[bundles.Bundle], bundles.EnsembleResult]):
     def record_of(
         self, header: Header, answers: Mapping[str, list[bundles.Bundle]]
     ) -> bundles.EnsembleResult:
-        """Return the statistics of all files of the folder."""
-        return result_of(self, header, part_text(self.part))
+        """Return the record and the statistics of all files of the folder."""
+        loads = [float(load) for load in self.loads.values]
+        files = bundles.survey(self.directory / bundles.SURFACES)
+        settings, missing = [], []
+        tables = [pd.DataFrame(columns=["method"])]
+        for name, task in self.tasks.items():
+            own = files.get(identity(task), {})
+            if own:
+                setting, table = bundles.summary(own, self.loads.control, loads)
+                settings.append(setting)
+                tables.append(table)
+            missing += [
+                f"{name}: surfaces {stretch[0]} to {stretch[-1]}"
+                for stretch in bundles.gaps(self.surfaces, own.values())
+            ]
+        record = bundles.EnsembleRecord(
+            **header.model_dump(),
+            name=self.scene.name,
+            text=self.scene.text,
+            control=self.loads.control,
+            loads=loads,
+            surfaces=self.scene.realisations,
+            part=part_text(self.part),
+            source=source_digest(),
+            missing=missing,
+            settings=settings,
+            runs=self.merged,
+        )
+        statistics = pd.concat(tables[1:] or tables, ignore_index=True)
+        return bundles.EnsembleResult(record, statistics)
 
     def save(self, record: bundles.EnsembleResult) -> None:
         """Write ensemble.json and statistics.csv."""
@@ -145,39 +174,6 @@ def identity(task: Task) -> str:
     single = surface.model_copy(update={"realisations": 1})
     scene = task.scene.model_copy(update={"surface": single})
     return replace(task, scene=scene, realisations=(0,)).key
-
-
-def result_of(
-    ensemble: Ensemble, header: Header, part: str = "", runs: tuple[Run, ...] = ()
-) -> bundles.EnsembleResult:
-    """Return the record and the statistics of all files of a folder."""
-    loads = [float(load) for load in ensemble.loads.values]
-    files = bundles.survey(ensemble.directory / bundles.SURFACES)
-    summaries, missing = [], []
-    for name, task in ensemble.tasks.items():
-        own = files.get(identity(task), {})
-        if own:
-            summaries.append(bundles.summary(own, ensemble.loads.control, loads))
-        missing += [
-            f"{name}: surfaces {stretch[0]} to {stretch[-1]}"
-            for stretch in bundles.gaps(ensemble.surfaces, own.values())
-        ]
-    record = bundles.EnsembleRecord(
-        **header.model_dump(),
-        name=ensemble.scene.name,
-        text=ensemble.scene.text,
-        control=ensemble.loads.control,
-        loads=loads,
-        surfaces=ensemble.scene.realisations,
-        part=part,
-        source=source_digest(),
-        missing=missing,
-        settings=[setting for setting, _ in summaries],
-        runs=runs,
-    )
-    nothing = pd.DataFrame(columns=["method"])
-    tables = [table for _, table in summaries] or [nothing]
-    return bundles.EnsembleResult(record, pd.concat(tables, ignore_index=True))
 
 
 BUNDLE = Archive(

@@ -21,7 +21,7 @@ from comparisons.errors import InputError, ResultsError
 from comparisons.facts.methods import METHODS, NOT_ASKED
 from comparisons.judging.refinement import refinements
 from comparisons.machine import source_digest, versions
-from comparisons.questions.ensemble import Ensemble, result_of
+from comparisons.questions.ensemble import Ensemble
 from comparisons.questions.study import Study, solve_task
 from comparisons.results import ensemble_folder as ensembles
 from comparisons.results.folder import Header, PartHeader, Run, filled
@@ -90,12 +90,11 @@ def merge(directories: Iterable[Path], out: Path, command: str = "", files: Path
                     study.plans[index] = replace(final, notes=notes)
                 else:
                     study.plans[index] = replace(plan, notes=(*plan.notes, NOT_REFINED))
-        together = study.record(sum(run.seconds for run in runs))
-        seconds = sum(run.seconds for run in runs) + time.perf_counter() - started
+        study.merged = _parts(runs)
+        spent = sum(run.seconds for run in runs) + time.perf_counter() - started
         # An interrupted run lists only the scenes that it had started; there may be more.
         interrupted = any(run.interrupted for run in runs)
-        own = {"seconds": seconds, "runs": _parts(runs), "interrupted": interrupted}
-        study.save(together.model_copy(update=own))
+        study.save(study.record(spent).model_copy(update={"interrupted": interrupted}))
     study.directory = out
     return study
 
@@ -148,8 +147,9 @@ def merge_ensembles(
             "interrupted": any(run.interrupted for run in runs.values()),
         }
         ensemble = Ensemble(parse_scene(last.text, last.name, Path()), folder)
-        merged = result_of(ensemble, Header(**header), runs=_parts(runs.values()))
-        ensembles.save_ensemble(folder, merged)
+        ensemble.merged = _parts(runs.values())
+        merged = ensemble.record_of(Header(**header), {})
+        ensemble.save(merged)
     return merged
 
 

@@ -60,7 +60,7 @@ class Study(Campaign[None, StudyRecord]):
         super().__init__(directory, **options)
         self.plans, self.part, self.paraview = plans, part, paraview
         self._solutions: dict[str, Solution] = {}
-        self._merged: tuple[Run, ...] = ()
+        self.merged: tuple[Run, ...] = ()  # the runs that the solutions are from
         self._begun = False
         # Scenes whose numbers of surfaces are not chosen yet, and what these will add.
         self._expected: dict[int, list[JobKind]] = {}
@@ -167,7 +167,7 @@ class Study(Campaign[None, StudyRecord]):
             scenes=tuple(scenes),
             source=source_digest(),
             part=part_text(self.part),
-            runs=self._merged,
+            runs=self.merged,
         )
 
     def save(self, record: StudyRecord) -> None:
@@ -208,7 +208,7 @@ class Study(Campaign[None, StudyRecord]):
                 f"{self.directory} has results of {', '.join(sorted(dropped))}: include these "
                 "scenes, or choose another --out"
             )
-        self._merged = record.runs
+        self.merged = record.runs
         return record.seconds
 
     def lost(self) -> list[tuple[Task, str]]:
