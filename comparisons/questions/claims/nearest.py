@@ -122,8 +122,12 @@ class Nearest:
     here: Stretch
     point: Point
     word: str  # "within", "outside" or "not resolved" at the tolerance of the scene
-    word_of_claim: str  # the same at the tolerance of the claim
     own: Values  # what the scene has of the values of points
+
+    @property
+    def word_of_claim(self) -> str:
+        """The same at the tolerance of the claim."""
+        return _decided(self.measured, self.here, self.own, self.measured.tolerance)[1]
 
     @property
     def differing(self) -> list[str]:
@@ -203,9 +207,8 @@ def nearest(scene: Scene, loads: AbsoluteLoads, unit: float = np.nan) -> list[Ne
         names = [name for name in record.quantities if name in scene.compare.quantities]
         for name in names if record.like(own) else ():
             point, word = _decided(record, stretch, own, scene.compare.tolerance)
-            _, word_of_claim = _decided(record, stretch, own, record.tolerance)
             at = quantity(name).counterpart if name == loads.control else ""
-            answer = Nearest(name, at, record, stretch, point, word, word_of_claim, own)
+            answer = Nearest(name, at, record, stretch, point, word, own)
             if answer.steep:
                 answer = replace(answer, word=NOT_RESOLVED)
             answers[name] = min(
@@ -223,12 +226,12 @@ def _decided(
     Of those that differ from the scene in the fewest values the nearest, or the worst that it
     covers.
     """
-    alike = record.like(own)
-    fewest = min(len(point.apart(own)) for point in alike)
-    near = [point for point in alike if len(point.apart(own)) == fewest]
-    names = sorted({name for point in near for name in point.apart(own)})
+    alike = [(point, point.apart(own)) for point in record.like(own)]
+    fewest = min(len(differing) for _, differing in alike)
+    near, off_by = zip(*(pair for pair in alike if len(pair[1]) == fewest), strict=True)
+    names = sorted(set().union(*off_by))
     at = np.array([record.share(point.place) for point in near])
-    apart = np.array([[point.apart(own).get(name, 0.0) for name in names] for point in near])
+    apart = np.array([[differing.get(name, 0.0) for name in names] for differing in off_by])
     low, high = map(record.share, stretch)
     off = np.max([low - at, at - high, np.full(at.shape, SAME)], axis=0)  # none within SAME
     worst = [point.worst for point in near]
@@ -242,8 +245,8 @@ def _decided(
         steps = np.column_stack([np.where(np.abs(at - end) <= SAME, 0.0, at - end), apart])
         enclosed &= bool(np.all((steps.min(axis=0) <= 0) & (steps.max(axis=0) >= 0)))
         size, other = np.abs(steps), np.abs(steps)[:, None]
-        between = np.all((steps[:, None] * steps >= 0) & (other <= size), axis=2)
-        beside |= ~np.any(between & np.any(other < size, axis=2), axis=0)
+        nearer = np.all((steps[:, None] * steps >= 0) & (other <= size), axis=2)
+        beside |= ~np.any(nearer & np.any(other < size, axis=2), axis=0)
     word = decisive.word(tolerance)
     words = {point.word(tolerance) for point, is_next in zip(near, beside, strict=True) if is_next}
     # Beyond all that was measured nothing is known but by a theorem, or where nothing was within.
@@ -251,13 +254,9 @@ def _decided(
     if word == WITHIN and (words != {WITHIN} or fewest > 1 or not (enclosed or record.proved)):
         return decisive, NOT_RESOLVED
     # Nor is outside what lies between a point that is and one that is within.
-    if word == OUTSIDE and off[first] > SAME and WITHIN in words:
-        return decisive, NOT_RESOLVED
-    if not enclosed:
-        words |= {point.word(tolerance) for point in alike}
-    if word == OUTSIDE and fewest and WITHIN in words:
-        return decisive, NOT_RESOLVED
-    return decisive, word
+    around = words if enclosed else words | {point.word(tolerance) for point, _ in alike}
+    between = (off[first] > SAME and WITHIN in words) or (fewest and WITHIN in around)
+    return decisive, NOT_RESOLVED if word == OUTSIDE and between else word
 
 
 def nearest_to(record: SceneRecord) -> list[Nearest]:
@@ -377,17 +376,7 @@ UNTIL = {"d/R": STEEPEST * float(np.tanh(STEEPEST))}
 
 def places(scene: Scene, loads: AbsoluteLoads, unit: float) -> dict[str, Stretch]:
     """Return where a scene stands along the parameter of each claim that concerns it."""
-    found = _numbers(scene, loads, unit)
-    return {
-        name: (float(np.min(found[along])), float(np.max(found[along])))
-        for name, (along, _, _) in claimed().items()
-        if along in found
-    }
-
-
-def _numbers(scene: Scene, loads: AbsoluteLoads, unit: float) -> dict[str, Any]:
-    """Return the numbers of a scene along which claims on such scenes were measured."""
-    found: dict[str, Any] = {}
+    found: dict[str, Any] = {}  # the scene's numbers, by what claims were measured along
     body, friction, adhesion = scene.indenter, scene.friction, scene.adhesion
     physics, values = set(scene.physics), loads.values
     shapes = {"cone": 1.0, "paraboloid": 2.0}
@@ -408,9 +397,8 @@ def _numbers(scene: Scene, loads: AbsoluteLoads, unit: float) -> dict[str, Any]:
         if body.shape == "sphere":
             radius = body.parameters["radius"]
             form = sphere(radius, scene.effective_modulus)
-            found["d/R"] = (
-                form.penetration(values) if loads.control == "force" else values
-            ) / radius
+            depth = form.penetration(values) if loads.control == "force" else values
+            found["d/R"] = depth / radius
     rough = isinstance(scene.surface, SelfAffine) and np.isfinite(unit)
     if rough and not physics and loads.control == "force":
         own = own_values(scene, loads, unit)
@@ -458,7 +446,11 @@ def _numbers(scene: Scene, loads: AbsoluteLoads, unit: float) -> dict[str, Any]:
         creeps = np.abs([creep for creep in rolling.creep.values if creep])
         if plain and creeps.size and not any(rolling.lateral_creep.values):
             found[f"creep, {scene.methods.reduced.rolling}"] = creeps / full_slip(scene, normal)
-    return found
+    return {
+        name: (float(np.min(found[along])), float(np.max(found[along])))
+        for name, (along, _, _) in claimed().items()
+        if along in found
+    }
 
 
 def full_slip(scene: Scene, normal: AbsoluteLoads) -> float:
