@@ -20,7 +20,7 @@ import math
 import shlex
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
-from functools import cache
+from functools import cache, partial
 from itertools import groupby, pairwise, product
 from pathlib import Path
 from typing import Any, Unpack
@@ -104,10 +104,9 @@ class ClaimRun(Campaign[ClaimRecord, ClaimsRecord]):
 
 
 SEED = 19  # of the space-filling sample
-Setting = Mapping[str, float]
 Measure = Callable[[float | None], Inquiry[Measurement]]
 # The measurement of a claim under a setting of its nuisance parameters.
-Under = Callable[[Setting], Measure]
+Under = Callable[[Mapping[str, float], float | None], Inquiry[Measurement]]
 
 
 def along(claim: Claim, measure: Measure, effort: Effort) -> Inquiry[list[PointRecord]]:
@@ -226,7 +225,7 @@ def along_nuisance(
 
     def measure(number: float | None) -> Inquiry[Measurement]:
         assert number is not None
-        measured = yield from under({**claim.as_stated, nuisance.key: number})(at)
+        measured = yield from under({**claim.as_stated, nuisance.key: number}, at)
         return replace(measured, parameter=number)
 
     points = yield from points_at(nuisance.numbers(), claim.tolerance, measure)
@@ -262,7 +261,7 @@ def drawn(claim: Claim, share: np.ndarray, under: Under) -> Inquiry[PointRecord]
     value = None
     if claim.vary is not None:
         value = claim.vary.between(claim.vary.start, claim.vary.end, float(share[-1]))
-    (point,) = yield from points_at([value], claim.tolerance, under(setting), words)
+    (point,) = yield from points_at([value], claim.tolerance, partial(under, setting), words)
     return point
 
 
@@ -287,7 +286,9 @@ def mapped(claim: Claim, under: Under, effort: Effort) -> Inquiry[MapRecord | No
         count = claim.map.rows if effort == "full" else 2
         numbers = [nuisance.draw(share) for share in np.linspace(0, 1, count)]
     settings = [{**claim.as_stated, nuisance.key: number} for number in numbers]
-    lines = yield from together(along(claim, under(setting), effort) for setting in settings)
+    lines = yield from together(
+        along(claim, partial(under, setting), effort) for setting in settings
+    )
     rows = [
         RowRecord(number=number, points=points, ranges=ranges_of(points))
         for number, points in zip(numbers, lines, strict=True)
@@ -303,16 +304,11 @@ def measured_under(claim: Claim, effort: Effort, spent: dict[str, float]) -> Und
     The seconds of each job are put into `spent`, by its key.
     """
 
-    def under(setting: Setting) -> Measure:
-        there = claim.under(setting)
-
-        def measure(value: float | None) -> Inquiry[Measurement]:
-            measured, own = yield from priced(_measured(there, value, effort))
-            spent.update(own)
-            measured = replace(measured, seconds=math.fsum(own.values()))
-            return measured if claim.factor is None else as_factor(measured)
-
-        return measure
+    def under(setting: Mapping[str, float], value: float | None) -> Inquiry[Measurement]:
+        measured, own = yield from priced(_measured(claim.under(setting), value, effort))
+        spent.update(own)
+        measured = replace(measured, seconds=math.fsum(own.values()))
+        return measured if claim.factor is None else as_factor(measured)
 
     return under
 
@@ -340,7 +336,7 @@ def judged_claim(claim: Claim, effort: Effort) -> Inquiry[ClaimRecord]:
     """Request a claim's solves; return the verdict, measurements and what all of it took."""
     spent: dict[str, float] = {}
     under = measured_under(claim, effort, spent)
-    points = yield from along(claim, under(claim.as_stated), effort)
+    points = yield from along(claim, partial(under, claim.as_stated), effort)
     nuisances: Sequence[NuisanceRecord] = ()
     draws: Sequence[PointRecord] = ()
     validity = None
@@ -467,12 +463,13 @@ def _measured(claim: Claim, value: float | None, effort: Effort) -> Inquiry[Meas
 
 
 def _no_result(value: float | None, error: Exception) -> Measurement:
-    if isinstance(error.__cause__ or error, NotInstalledError):
-        return Measurement(
-            value, float("nan"), float("nan"), {NOT_RUN: str(error.__cause__ or error)}
-        )
-    reason = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
-    return Measurement(value, float("nan"), float("nan"), {"no result": one_line(reason)})
+    cause = error.__cause__ or error
+    if isinstance(cause, NotInstalledError):
+        details = {NOT_RUN: str(cause)}
+    else:
+        reason = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+        details = {"no result": one_line(reason)}
+    return Measurement(value, float("nan"), float("nan"), details)
 
 
 def measure_experiment(
