@@ -9,23 +9,12 @@ from __future__ import annotations
 import resource
 import statistics
 import time
-from collections.abc import Callable
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 import psutil
 
 Problem = dict[str, Any]
-
-
-class Peer(Protocol):
-    """A solver with its model and kernel set up for one grid."""
-
-    def surface(self, gap: np.ndarray) -> None:
-        """Set a new surface: its gap (nx, ny), +inf where contact is impossible."""
-
-    def step(self, load: float, tolerance: float, depth: float, start: np.ndarray) -> PeerAnswer:
-        """Solve one load from an initial pressure; `depth` is a rough guess of the penetration."""
 
 
 class PeerAnswer(NamedTuple):
@@ -120,12 +109,12 @@ class Tamaas:
             tamaas.ModelFactory.registerNonPeriodic(self.model, _FREE)
 
     def surface(self, gap: np.ndarray) -> None:
-        """Set a new surface; where contact is impossible, the gap is very large."""
+        """Set a new surface by its gap; where contact is impossible (+inf), it is very large."""
         finite = np.isfinite(gap)
         self.gap = np.where(finite, gap, 10 * gap[finite].max() + 10)
 
     def step(self, load: float, tolerance: float, depth: float, start: np.ndarray) -> PeerAnswer:
-        """Solve one load."""
+        """Solve one load from an initial pressure; `depth` is a rough guess of the penetration."""
         if self.control == "force":
             return self._at_force(load, tolerance, start)
         if not self.free:
@@ -240,7 +229,7 @@ class ContactMechanics:
         return PeerAnswer(np.asarray(pressure), int(result.nit))
 
 
-PEERS: dict[str, Callable[[Problem], Peer]] = {
+PEERS: dict[str, type[Tamaas] | type[ContactMechanics]] = {
     "tamaas": Tamaas,
     "contactmechanics": ContactMechanics,
 }

@@ -235,11 +235,6 @@ def fitted_shares(cases: Iterable[Case]) -> Shares:
     return fitted
 
 
-def scaled(cases: Iterable[Case], by: float) -> list[Case]:
-    """Return the cases with the grid's part of their bars so much wider."""
-    return [replace(case, widened=by) for case in cases]
-
-
 def _narrowest(
     cases: list[Case], tried: Mapping[float, Shares], other: float, least: float
 ) -> float:

@@ -3,19 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from comparisons import formatting as fmt
 from comparisons.judging.uncertainty import SHARES, Shares
-from comparisons.questions.calibration_cases import (
-    ROUGH,
-    SINGLE,
-    Case,
-    Summary,
-    held,
-    scaled,
-    summary,
-)
+from comparisons.questions.calibration_cases import ROUGH, SINGLE, Case, Summary, held, summary
 from comparisons.questions.claims.record import ClaimRecord, ClaimsRecord, PointRecord
 from reports.plots.claims import detail
 from reports.plots.style import look
@@ -178,7 +171,7 @@ def other_widths(cases: Iterable[Case]) -> list[Table]:
     for kind, part in kinds(cases).items():
         rows: list[tuple[Cell | str, ...]] = []
         for by in SCALES:
-            made = scaled(part, by)
+            made = [replace(case, widened=by) for case in part]
             proved = held(made)
             missed = cells.number(f"{proved.missed} of {proved.bars}", proved.missed)
             reported = [case for case in made if case.half == "reported"]

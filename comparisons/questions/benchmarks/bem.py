@@ -90,7 +90,7 @@ class SetUp:
 
     name: str
     gaps: np.ndarray
-    spacing: tuple[float, float]
+    spacing: float
     periodic: bool
     control: str
     loads: np.ndarray
@@ -99,7 +99,7 @@ class SetUp:
     def operator(self) -> ElasticBody:
         """Return a new operator."""
         kind = PeriodicOperator if self.periodic else FreeOperator
-        return kind(self.gaps.shape[1:], self.spacing, 1.0)
+        return kind(self.gaps.shape[1:], (self.spacing, self.spacing), 1.0)
 
     def problem(self) -> client.Problem:
         """Return the problem for a peer."""
@@ -120,7 +120,7 @@ class SetUp:
 def rough(points: int, cutoff: int, fraction: float, target: float | None, steps: int = 1) -> SetUp:
     """Return a periodic self-affine surface under forces up to about a given contact fraction."""
     gap = surface(points, cutoff)
-    operator = PeriodicOperator(gap.shape, _spacing(points), 1.0)
+    operator = PeriodicOperator(gap.shape, (1 / points, 1 / points), 1.0)
     force, reached = fraction * SLOPE / 2, 0.0  # A/A0 = 2 F/(E* A0 h')
     while abs(reached / fraction - 1) >= _DEVIATION:
         force *= fraction / reached if reached else 1.0
@@ -129,7 +129,7 @@ def rough(points: int, cutoff: int, fraction: float, target: float | None, steps
     loads = "" if steps == 1 else f"{steps} loads to "
     name = f"periodic {points}^2, cutoff {cutoff} cells, {loads}{reached:.1%} contact"
     forces = force * np.linspace(1 / steps, 1, steps)
-    return SetUp(name, gap[None], _spacing(points), True, "force", forces, target)
+    return SetUp(name, gap[None], 1 / points, True, "force", forces, target)
 
 
 def hertz(points: int, radius: int, target: float | None, *, cropped: bool) -> SetUp:
@@ -141,7 +141,7 @@ def hertz(points: int, radius: int, target: float | None, *, cropped: bool) -> S
     force = 4 / 3 * (radius**3 / points)
     where = f"cropped to {side}^2" if cropped else f"{points}^2"
     name = f"free Hertz, {where}, contact radius {radius} cells"
-    return SetUp(name, gap[None], (1.0, 1.0), False, "force", np.array([force]), target)
+    return SetUp(name, gap[None], 1.0, False, "force", np.array([force]), target)
 
 
 def ensemble(count: int, points: int, loads: int, target: float | None) -> SetUp:
@@ -149,11 +149,7 @@ def ensemble(count: int, points: int, loads: int, target: float | None) -> SetUp
     gaps = np.array([surface(points, 2, k) for k in range(count)])
     forces = SLOPE * np.geomspace(1e-3, 0.1, loads)
     name = f"{count} free {points}^2 patches x {loads} loads"
-    return SetUp(name, gaps, _spacing(points), False, "force", forces, target)
-
-
-def _spacing(points: int) -> tuple[float, float]:
-    return (1 / points, 1 / points)
+    return SetUp(name, gaps, 1 / points, False, "force", forces, target)
 
 
 def surface(points: int, cutoff: int, realisation: int = 0) -> np.ndarray:
@@ -268,7 +264,7 @@ def _shared(points: int) -> Measurement:
     gap, force = surface(points, CUTOFFS[0]), Load("force", MEDIUM * SLOPE / 2)
 
     def solve(threads: int) -> object:
-        body = PeriodicOperator((points, points), _spacing(points), 1.0)
+        body = PeriodicOperator((points, points), (1 / points, 1 / points), 1.0)
         with pieces.threads(threads):
             return press(body, gap, force, tolerance=TOLERANCE)
 

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, partial
 from importlib.util import find_spec
+from typing import Any, TypeVar
 
 import numpy as np
 from scipy import sparse
@@ -34,6 +35,7 @@ from reference import fem
 from reference.fem.condensation import LinearSystem
 from reference.loads import Load
 
+T = TypeVar("T")
 DEPTHS = np.linspace(0.1, 1.0, 30)  # with unit radii: contact radii from 0.32 to 1
 POISSON = 0.3
 READINGS = 5
@@ -89,12 +91,11 @@ def _error(elements: int, fixed: bool) -> float:
     return rms_and_maximum(run(elements, fixed=fixed).errors)[0 if fixed else 1]
 
 
-def _timed(elements: int, solver: str = "nested_dissection") -> tuple[Swept, float]:
-    """Return a job and its processor time on one thread."""
+def _timed(work: Callable[..., T], *arguments: Any) -> tuple[T, float]:
+    """Return the answer of a function and its processor time on one thread."""
     with threadpool_limits(limits=1):
         start = time.process_time()
-        job = run(elements, solver)
-        return job, time.process_time() - start
+        return work(*arguments), time.process_time() - start
 
 
 def hertz(bound: float, *, fixed: bool = False) -> list[Measurement]:
@@ -170,20 +171,16 @@ def sizes() -> list[Measurement]:
         if bytes_of_elimination(_rings(elements)) > free_memory():
             break
         before = peak_memory()
-        job, spent = _timed(elements)
+        job, spent = _timed(run, elements)
         unknowns, memory = job.body.unknowns, peak_memory()
         grown = f", peak memory {memory / 1e9:.2f} GB" if memory > before else ""
         title = f"cost at {unknowns} unknowns{grown}"
         rows[unknowns] = Measurement(title, spent, NOT_FACTORISED)
         if unknowns <= LARGEST_PARDISO and _has_pardiso():
-            matrix = _stiffness(job.body.system)
-            with threadpool_limits(limits=1):
-                start = time.process_time()
-                _factorise(matrix)
-                factorised = time.process_time() - start
+            _, factorised = _timed(_factorise, _stiffness(job.body.system))
             rows[unknowns] = measurement(title, [spent], FACTORISATION, [factorised])
     late = {unknowns: row for unknowns, row in rows.items() if unknowns >= 1e4}
-    job, spent = _timed(LARGEST_LEVEL, ITERATIVE_SOLVER)
+    job, spent = _timed(run, LARGEST_LEVEL, ITERATIVE_SOLVER)
     assert job.body.iterative is not None
     steps = " and ".join(str(count) for count in job.body.iterative.iterations)
     title = f"conjugate gradients, {job.body.unknowns} unknowns, {steps} steps, "

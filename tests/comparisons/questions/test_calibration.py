@@ -29,7 +29,6 @@ from comparisons.questions.calibration_cases import (
     fitted_shares,
     held,
     held_against,
-    scaled,
     summary,
 )
 from comparisons.results.record import ROUGH_SURFACES
@@ -386,7 +385,7 @@ def test_an_area_is_known_no_better_than_the_cells_at_its_contact_line():
 def test_other_widths_are_those_of_all_bars_whatever_their_rule():
     made = [rough_case(name, 0.05) for name in ROUGH_SURFACES]
     made.append(replace(rough_case("contact_area", 0.05), counted=np.array([1.06])))
-    for before, after in zip(made, scaled(made, 1.2), strict=True):
+    for before, after in zip(made, (replace(case, widened=1.2) for case in made), strict=True):
         assert after.bar == pytest.approx(1.2 * before.bar)
 
 
