@@ -464,12 +464,11 @@ def _measured(claim: Claim, value: float | None, effort: Effort) -> Inquiry[Meas
 
 def _no_result(value: float | None, error: Exception) -> Measurement:
     cause = error.__cause__ or error
-    if isinstance(cause, NotInstalledError):
-        details = {NOT_RUN: str(cause)}
-    else:
-        reason = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
-        details = {"no result": one_line(reason)}
-    return Measurement(value, float("nan"), float("nan"), details)
+    key, reason = NOT_RUN, str(cause)
+    if not isinstance(cause, NotInstalledError):
+        words = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+        key, reason = "no result", one_line(words)
+    return Measurement(value, float("nan"), float("nan"), {key: reason})
 
 
 def measure_experiment(
