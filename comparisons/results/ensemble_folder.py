@@ -117,7 +117,7 @@ def summary(files: Files, control: str, loads: list[float]) -> tuple[SettingReco
             digest.update(values.tobytes())
             yield values
 
-    moments = Moments.of(blocks())
+    found = moments(blocks())
     first = bundles[0]
     record = SettingRecord(
         method=first.method,
@@ -131,15 +131,7 @@ def summary(files: Files, control: str, loads: list[float]) -> tuple[SettingReco
         digest=digest.hexdigest(),
     )
     index = pd.MultiIndex.from_product([range(len(loads)), names], names=["step", "quantity"])
-    columns = {
-        "count": moments.count,
-        "mean": moments.mean,
-        "standard_error": moments.standard_error,
-        "standard_deviation": moments.standard_deviation,
-        "minimum": moments.low,
-        "maximum": moments.high,
-    }
-    table = pd.DataFrame({name: values.ravel() for name, values in columns.items()}, index)
+    table = pd.DataFrame({name: values.ravel() for name, values in found.items()}, index)
     table = table[table["count"] > 0].reset_index()
     table.insert(1, control, np.asarray(loads)[table["step"]])
     table.insert(0, "resolution", first.resolution)
@@ -160,9 +152,8 @@ def load_ensemble(directory: Path) -> EnsembleRecord:
     return read_record(EnsembleRecord, directory / RECORD, missing)
 
 
-@dataclass
-class Moments:
-    """Number, mean, scatter and extremes of everything that was added, per entry.
+def moments(blocks: Iterable[np.ndarray]) -> dict[str, np.ndarray]:
+    """Return number, mean, scatter and extremes over the first axis of all blocks, per entry.
 
     Blocks are joined by the formula of Chan, Golub & LeVeque (1979): with n, m, S the number, mean
     and sum of squared deviations of each, d the difference of the means,
@@ -172,50 +163,31 @@ class Moments:
     NaN is not counted.
 
     >>> import numpy as np
-    >>> moments = Moments.of([np.array([[1.0], [3.0]]), np.array([[5.0], [np.nan]])])
-    >>> moments.count.tolist(), moments.mean.tolist(), moments.standard_deviation.tolist()
-    ([3], [3.0], [2.0])
+    >>> found = moments([np.array([[1.0], [3.0]]), np.array([[5.0], [np.nan]])])
+    >>> [found[name].tolist() for name in ("count", "mean", "standard_deviation")]
+    [[3], [3.0], [2.0]]
     """
-
-    count: np.ndarray
-    mean: np.ndarray
-    squares: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
-
-    @classmethod
-    def of(cls, blocks: Iterable[np.ndarray]) -> Moments:
-        """Return those of all blocks along their first axis; no block at all: of nothing."""
-        nothing = np.zeros(1)
-        moments = cls(np.zeros(1, int), nothing, nothing, nothing + np.inf, nothing - np.inf)
-        for values in blocks:
-            known = np.isfinite(values)
-            number = known.sum(axis=0)
-            mean = np.where(known, values, 0.0).sum(axis=0) / np.maximum(number, 1)
-            deviations = np.where(known, values - mean, 0.0)
-            count, change = moments.count + number, mean - moments.mean
-            share = number / np.maximum(count, 1)
-            low = np.where(known, values, np.inf).min(axis=0, initial=np.inf)
-            high = np.where(known, values, -np.inf).max(axis=0, initial=-np.inf)
-            squares = moments.squares + (deviations**2).sum(axis=0)
-            moments = cls(
-                count,
-                moments.mean + change * share,
-                squares + change**2 * moments.count * share,
-                np.minimum(moments.low, low),
-                np.maximum(moments.high, high),
-            )
-        return moments
-
-    @property
-    def standard_deviation(self) -> np.ndarray:
-        """Of one surface; 0 of a single one."""
-        return np.sqrt(self.squares / np.maximum(self.count - 1, 1))
-
-    @property
-    def standard_error(self) -> np.ndarray:
-        """Of the mean."""
-        return self.standard_deviation / np.sqrt(np.maximum(self.count, 1))
+    count, mean, squares = np.zeros(1, int), np.zeros(1), np.zeros(1)
+    low, high = np.full(1, np.inf), np.full(1, -np.inf)
+    for values in blocks:
+        known = np.isfinite(values)
+        number = known.sum(axis=0)
+        own = np.where(known, values, 0.0).sum(axis=0) / np.maximum(number, 1)
+        deviations, change = np.where(known, values - own, 0.0), own - mean
+        share = number / np.maximum(count + number, 1)
+        squares = squares + (deviations**2).sum(axis=0) + change**2 * count * share
+        count, mean = count + number, mean + change * share
+        low = np.minimum(low, np.where(known, values, np.inf).min(axis=0))
+        high = np.maximum(high, np.where(known, values, -np.inf).max(axis=0))
+    deviation = np.sqrt(squares / np.maximum(count - 1, 1))  # of one surface; 0 of a single one
+    return {
+        "count": count,
+        "mean": mean,
+        "standard_error": deviation / np.sqrt(np.maximum(count, 1)),
+        "standard_deviation": deviation,
+        "minimum": low,
+        "maximum": high,
+    }
 
 
 SUFFIX = ".parquet"
