@@ -18,6 +18,7 @@ import pandas as pd
 
 from comparisons.errors import InputError, ResultsError
 from comparisons.facts.quantities import DISTRIBUTIONS, FIELDS
+from comparisons.files import write_table
 from comparisons.machine import source_digest
 from comparisons.methods.registry import planned_solver
 from comparisons.questions.campaign import WHOLE, Campaign, Options, Part, part_text
@@ -145,8 +146,11 @@ class Ensemble(Campaign[list[bundles.Bundle], bundles.EnsembleResult]):
         return bundles.EnsembleResult(record, statistics)
 
     def save(self, record: bundles.EnsembleResult) -> None:
-        """Write ensemble.json and statistics.csv."""
-        bundles.save_ensemble(self.directory, record)
+        """Write ensemble.json and statistics.csv; what ends in between leaves a killed run's."""
+        file = self.directory / bundles.RECORD
+        record.record.model_copy(update={"interrupted": True}).write(file)
+        write_table(self.directory / bundles.TABLE, record.statistics)
+        record.record.write(file)
 
     def seconds_before(self) -> float:
         """Return the seconds of the resumed run; ResultsError if the folder holds others."""

@@ -25,7 +25,7 @@ import numpy as np
 import pandas as pd
 
 from comparisons.errors import InputError, ResultsError
-from comparisons.files import write_atomically, write_table
+from comparisons.files import write_atomically
 from comparisons.results.folder import Form, PartHeader, read_record
 from comparisons.tasks.solution import Solution
 
@@ -137,13 +137,6 @@ def summary(files: Files, control: str, loads: list[float]) -> tuple[SettingReco
     table.insert(0, "resolution", first.resolution)
     table.insert(0, "method", first.method)
     return record, table
-
-
-def save_ensemble(directory: Path, result: EnsembleResult) -> None:
-    """Write ensemble.json and statistics.csv; what ends in between leaves an interrupted run."""
-    result.record.model_copy(update={"interrupted": True}).write(directory / RECORD)
-    write_table(directory / TABLE, result.statistics)
-    result.record.write(directory / RECORD)
 
 
 def load_ensemble(directory: Path) -> EnsembleRecord:

@@ -25,7 +25,6 @@ from comparisons.judging.truth import (
     Bar,
     Reference,
     Truth,
-    Verification,
     choose_truth,
     verified,
 )
@@ -89,8 +88,34 @@ def record_scene(
         titles = {planned.method: planned.title for planned in plan.methods}
         disagreements = truth.disagreements(quantities, scene.compare.tolerance, titles)
         every = truth.disagreements(quantities, titles=titles)
-        small = tuple(text for text in every if text not in disagreements)
-        reference = reference_of(plan, truth, titles, small, verification)
+        bars = {}  # the widest of each quantity: whether the truth may itself be the answer
+        sources: dict[str, dict[str, list[float]]] = {}  # at each load, where it is judged
+        for name in quantities:
+            bar: Any = None
+            sources[name] = {}
+            if name in FIELDS:
+                bar = field_bar(plan, truth, name)
+            elif truth.knows(name):
+                bar = truth.bar(name, same_surfaces=True)
+                parts = truth.bar_sources(name, main_axis(truth.axis, name))
+                at_loads = np.ones(len(truth.curves[name]))
+                sources[name] = {
+                    source: (part * at_loads).tolist() for source, part in parts.items()
+                }
+            if bar is not None:
+                decided = judged(np.zeros(np.size(bar)), bar, scene.compare.tolerance)
+                bars[name] = Bar(decided.uncertainty, decided.step)
+        known = {name: np.array([bar.bar]) for name, bar in bars.items() if name in FIELDS}
+        reference = Reference(
+            method=truth.method,
+            resolution=truth.resolution,
+            text=truth.sentence(quantities, known, titles),
+            sources=sources,
+            bars=bars,
+            footnotes=tuple(text for text in every if text not in disagreements),
+            proved=verification,
+            chance=chance(plan, truth),
+        )
         disagreements += verification.sentences if verification else ()
     # Eight digits of errors, bars and times do, and make a quarter of the file less; absurd ones
     # are beyond single precision. By their decimals they are what will be read back.
@@ -121,42 +146,6 @@ def record_scene(
         fields=dict(fields or {}),
     )
     return replace(record, verdicts=explained(record))
-
-
-def reference_of(
-    plan: Plan,
-    truth: Truth,
-    titles: Mapping[str, str],
-    footnotes: tuple[str, ...],
-    proved: Verification | None,
-) -> Reference:
-    """Return which solution is the truth and how well it is known, as it is recorded."""
-    bars = {}  # the widest of each quantity: whether the truth may itself be the answer
-    sources: dict[str, dict[str, list[float]]] = {}  # at each load, where it is judged
-    for name in plan.compared:
-        bar: Any = None
-        sources[name] = {}
-        if name in FIELDS:
-            bar = field_bar(plan, truth, name)
-        elif truth.knows(name):
-            bar = truth.bar(name, same_surfaces=True)
-            parts = truth.bar_sources(name, main_axis(truth.axis, name))
-            every = np.ones(len(truth.curves[name]))
-            sources[name] = {source: (part * every).tolist() for source, part in parts.items()}
-        if bar is not None:
-            decided = judged(np.zeros(np.size(bar)), bar, plan.scene.compare.tolerance)
-            bars[name] = Bar(decided.uncertainty, decided.step)
-    known = {name: np.array([bar.bar]) for name, bar in bars.items() if name in FIELDS}
-    return Reference(
-        method=truth.method,
-        resolution=truth.resolution,
-        text=truth.sentence(plan.compared, known, titles),
-        sources=sources,
-        bars=bars,
-        footnotes=footnotes,
-        proved=proved,
-        chance=chance(plan, truth),
-    )
 
 
 def _rows(plan: Plan, levels: Levels, resolution: int, truth: Truth | None) -> pd.DataFrame:

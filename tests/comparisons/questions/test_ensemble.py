@@ -126,7 +126,7 @@ def test_a_folder_is_continued_whatever_file_a_full_disk_ended_at(many, tmp_path
         raise OSError(errno.ENOSPC, "no space left on device")
 
     with monkeypatch.context() as patch:
-        patch.setattr("comparisons.results.ensemble_folder.write_table", full)
+        patch.setattr("comparisons.questions.ensemble.write_table", full)
         with pytest.raises(OSError, match="no space left"):
             Ensemble(many(2), tmp_path / "out").run()
     assert load_ensemble(tmp_path / "out").interrupted
