@@ -158,8 +158,7 @@ def shape_cases(
     done = yield from together(map(curves, plans.values()))
     for control, solved in zip(plans, done, strict=True):
         exact = solved[CLOSED_FORM, 1].quantities
-        measured = [m for m in series if METHODS[m].grid or control == "penetration"]
-        for method, grids in [(m, grids) for m in measured for grids in series[m]]:
+        for method, grids in [(m, g) for m in series for g in series[m] if (m, g[0]) in solved]:
             part = {(method, n): solved[method, n] for n in grids}
             references = truths(part, control)
             if not references or not all(s.converged.all() for s in part.values()):

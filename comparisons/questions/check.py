@@ -103,16 +103,11 @@ def drift(
         own = [change for change in changes if change.scene == scene.name]
         findings += _moves(scene.name, method, own)
         # references that differ beyond their bars are a drift where none did before
-        text = " ".join(scene.disagreements)
-        known = {_pair(told) for told in was.disagreements}
-        if not text:
-            agreed = "the references agree within their bars"
-            findings.append(Finding(scene.name, AGREEMENT, agreed))
-        elif known.issuperset(map(_pair, scene.disagreements)):
-            text = f"as in the baseline: {text}"
-            findings.append(Finding(scene.name, AGREEMENT, text, notable=True))
-        else:
-            findings.append(Finding(scene.name, AGREEMENT, text, True, True))
+        told = " ".join(scene.disagreements)
+        new = not {*map(_pair, was.disagreements)}.issuperset(map(_pair, scene.disagreements))
+        text = told if new or not told else f"as in the baseline: {told}"
+        text = text or "the references agree within their bars"
+        findings.append(Finding(scene.name, AGREEMENT, text, drifted=new, notable=bool(told)))
         timed = [change for change in own if change.method == method and change.only_timed]
         findings += [
             Finding(scene.name, SPEED, f"{title_of(method)}: {change.text}", notable=True)

@@ -72,8 +72,7 @@ class Study(Campaign[None, StudyRecord]):
         An inquiry only says what to solve next: the solutions come by `received`.
         """
         self._begun = True
-        names = [plan.scene.name for plan in self.plans]
-        return {name: self._inquiry(index) for index, name in enumerate(names)}
+        return {plan.scene.name: self._inquiry(k) for k, plan in enumerate(self.plans)}
 
     def _inquiry(self, index: int) -> Inquiry[None]:
         """Solve a plan: its first surfaces, as many as these ask for, finer grids at full effort.
