@@ -107,17 +107,35 @@ def outcomes(case: HardCase, methods: Sequence[str], *, full: bool) -> Inquiry[l
         case.write_maps(Path(folder))
         try:
             plan = plan_scene(case.scene_in(Path(folder)), "full")[0]
-        except InputError as error:
+        except InputError as refused:
             # Validation refuses the scene before any method is tried.
-            reason = str(error)
+            reason = str(refused)
             found |= {n: _judged(case, n, kind=REFUSED, reason=reason) for n in tried}
             return [found[name] for name in methods]
         true_plan = plan
         if case.truth.scene:
             true_plan = plan_scene(case.scene_in(Path(folder), case.truth.scene), "full")[0]
-    doors = {name: _door(case, plan, name) for name in tried}
-    found |= {name: door for name, door in doors.items() if isinstance(door, OutcomeRecord)}
-    settings = [(name, door) for name, door in doors.items() if isinstance(door, int)]
+    settings = []
+    for name in tried:  # the resolution of a method, or why it is not asked
+        kind, reason, resolution = NOT_FOR, "", case.resolutions.get(name)
+        planned = next((method for method in plan.methods if method.method == name), None)
+        if case.only and name not in case.expected:
+            reason = case.only
+        elif planned is None:
+            reason = "a method for other scenes"
+        elif isinstance(solver := solver_for(name, plan.scene), Refusal):
+            reason = solver.reason
+        else:
+            if resolution is None or solver.resolutions(plan.geometry) == NO_GRID:
+                levels = planned.resolutions
+                resolution = single_resolution(levels, plan.geometry) if levels else 0
+            kind, reason = REFUSED, "" if planned.supported else planned.reason
+            if resolution and not reason:
+                reason = refusal(plan, name, resolution)
+        if reason:
+            found[name] = _judged(case, name, kind=kind, reason=reason)
+        else:
+            settings.append((name, resolution or 0))
     judge, trusted = case.truth.method, list[tuple[str, int]]()
     if case.truth.formula is None and not isinstance(solver_for(judge, true_plan.scene), Refusal):
         trusted = [(judge, n) for n in case.truth.resolutions]
@@ -136,29 +154,31 @@ def outcomes(case: HardCase, methods: Sequence[str], *, full: bool) -> Inquiry[l
             parts = [bar for source, bar in sources.items() if source not in left_out]
             curve = truth.curves[name]
             known[name] = curve, combined(np.full(len(curve), EXACT), *parts)
+    # the other load; of paths, histories and speed ranges the first compared quantity
+    main = "force" if plan.loads.control != "force" else "penetration"
+    if plan.loads.axis not in NORMAL:
+        main = plan.compared[0]
     for (name, resolution), solution in solutions.items():
-        found[name] = _measured(case, plan, known, name, resolution, solution)
+        lost = tuple(int(step) for step in np.flatnonzero(~solution.converged.all(axis=0)))
+        reason = "; ".join(dict.fromkeys((*solution.reasons.values(), *solution.warnings)))
+        measured: dict[str, Any] = {"reason": reason, "lost": lost, "resolution": resolution}
+        kind = LOST
+        if not solution.converged.any():
+            expected = case.expected.get(name)
+            # Either validation or the solver may refuse, if the reason matches the catalogue.
+            if expected and expected.kind == REFUSED and expected.reason in reason:
+                kind = REFUSED
+        else:
+            measured["seconds"] = solution.seconds
+            error, bar = _largest_error(known, solution, main)
+            area, area_bar = _largest_error(known, solution, "contact_area")
+            if np.isfinite(error):
+                kind = ACCURATE if error + bar <= ACCURATE_TO else DEGRADED
+                measured |= {"error": error, "bar": bar, "area_error": area + area_bar}
+            else:
+                measured["reason"] = f"gives no {main}; {reason}"
+        found[name] = _judged(case, name, kind=kind, **measured)
     return [found[name] for name in methods]
-
-
-def _door(case: HardCase, plan: Plan, name: str) -> OutcomeRecord | int:
-    """Return the resolution of a method, or the outcome if it is not tried."""
-    if case.only and name not in case.expected:
-        return _judged(case, name, kind=NOT_FOR, reason=case.only)
-    planned = next((method for method in plan.methods if method.method == name), None)
-    if planned is None:
-        return _judged(case, name, kind=NOT_FOR, reason="a method for other scenes")
-    resolution = case.resolutions.get(name)
-    solver = solver_for(name, plan.scene)
-    if isinstance(solver, Refusal):
-        return _judged(case, name, kind=NOT_FOR, reason=solver.reason)
-    if resolution is None or solver.resolutions(plan.geometry) == NO_GRID:
-        levels = planned.resolutions
-        resolution = single_resolution(levels, plan.geometry) if levels else 0
-    reason = planned.reason if not planned.supported else ""
-    if resolution and not reason:
-        reason = refusal(plan, name, resolution)
-    return _judged(case, name, kind=REFUSED, reason=reason) if reason else resolution
 
 
 def solve_warned(task: Task) -> Solution:
@@ -188,34 +208,6 @@ def _solved(plan: Plan, settings: Sequence[tuple[str, int]]) -> Inquiry[Solved]:
     return solved
 
 
-def _measured(
-    case: HardCase, plan: Plan, known: Known, name: str, resolution: int, solution: Solution
-) -> OutcomeRecord:
-    lost = tuple(int(step) for step in np.flatnonzero(~solution.converged.all(axis=0)))
-    reason = "; ".join(dict.fromkeys((*solution.reasons.values(), *solution.warnings)))
-    common: dict[str, Any] = {"reason": reason, "lost": lost, "resolution": resolution}
-    if not solution.converged.any():
-        expected = case.expected.get(name)
-        # Either validation or the solver may refuse, if the reason matches the catalogue.
-        as_expected = (
-            expected is not None and expected.kind == REFUSED and expected.reason in reason
-        )
-        return _judged(case, name, kind=REFUSED if as_expected else LOST, **common)
-    common["seconds"] = solution.seconds
-    # the other load; of paths, histories and speed ranges the first compared quantity
-    main = "force" if plan.loads.control != "force" else "penetration"
-    if plan.loads.axis not in NORMAL:
-        main = plan.compared[0]
-    error, bar = _largest_error(known, solution, main)
-    area, area_bar = _largest_error(known, solution, "contact_area")
-    if not np.isfinite(error):
-        return _judged(case, name, kind=LOST, **common | {"reason": f"gives no {main}; {reason}"})
-    kind = ACCURATE if error + bar <= ACCURATE_TO else DEGRADED
-    return _judged(
-        case, name, kind=kind, error=error, bar=bar, area_error=area + area_bar, **common
-    )
-
-
 def _largest_error(known: Known, solution: Solution, name: str) -> tuple[float, float]:
     """Return the largest relative error over the answered steps, and the reference's bar there."""
     curves = mean_curves(solution)
@@ -238,13 +230,12 @@ def _judged(case: HardCase, name: str, kind: str, **found: Any) -> OutcomeRecord
         reason, lost = found.get("reason", ""), found.get("lost", ())
         total = found.get("error", np.nan) + found.get("bar", np.nan)
         area = found.get("area_error", np.nan)
-        differences = []
-        if total > expectation.error:
-            most = relative(expectation.error)
-            differences.append(f"error {relative(total)} instead of at most {most}")
-        if area > expectation.area:
-            most = relative(expectation.area)
-            differences.append(f"area off by {relative(area)} instead of at most {most}")
+        bounds = ("error", total, expectation.error), ("area off by", area, expectation.area)
+        differences = [
+            f"{what} {relative(error)} instead of at most {relative(most)}"
+            for what, error, most in bounds
+            if error > most
+        ]
         if kind not in (LOST, REFUSED) and lost != expectation.lost:
             differences.append(f"lost steps {lost} instead of {expectation.lost}")
         if expectation.lost and not reason:
@@ -254,8 +245,8 @@ def _judged(case: HardCase, name: str, kind: str, **found: Any) -> OutcomeRecord
         if WARNED in reason:
             differences.append("it warns")
         deviation = "; ".join(differences)
-        allowed = {DEGRADED: (ACCURATE, DEGRADED)}  # better than expected is no deviation
-        if kind not in allowed.get(expectation.kind, (expectation.kind,)):
+        better = (kind, expectation.kind) == (ACCURATE, DEGRADED)
+        if kind != expectation.kind and not better:
             deviation = f"{kind} instead of {expectation.kind}"
     return OutcomeRecord(
         case=case.id,
