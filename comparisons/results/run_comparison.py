@@ -153,7 +153,6 @@ def compare_runs(
     old = {scene.name: scene for scene in before.scenes}
     new = {scene.name: scene for scene in after.scenes}
     notes = []
-    least: dict[str, float] = {}  # the move that counts on scenes where N is another grid
     if len(old) == len(new) == 1 and old.keys() != new.keys():
         (name,), (other,) = old, new
         notes.append(f"the scene is called {name} in the first run and {other} in the second")
@@ -169,47 +168,45 @@ def compare_runs(
     for run, ordinal in ((before, "first"), (after, "second")):
         if run.interrupted:
             notes.append(f"the {ordinal} run was interrupted")
-    for name, scene in list(old.items()):
-        scene_after = new.get(name)
-        if scene_after is None:
-            notes.append(f"{name}: in the first run only")
-            continue
-        if differing := differences(scene, scene_after):
-            told = "; ".join(differing)
-            notes.append(f"{name}: the scene differs (plain numbers are SI): {told}")
-        if problem_of(scene) != problem_of(scene_after):
-            old[name], new[name], told = at_common_loads(scene, scene_after)
-            notes += [f"{name}: {told}"] if told else []
-            both = (scene, scene_after) if told and len(old[name].rows) else ()
-            largest = [np.nanmax(np.abs(run.rows[run.control])) for run in both]
-            if both and abs(largest[0] - largest[1]) > MOVED * max(largest):
-                least[name] = min(scene.tolerance, scene_after.tolerance)
-                told = f"moves on its grids count beyond {fmt.tolerance(least[name])}"
-                notes.append(f"{name}: N is of the largest load, which differs: {told}")
-        truths = [
-            f"{run.reference.method} {run.reference.resolution}" if run.reference.method else "none"
-            for run in (scene, scene_after)
-        ]
-        if truths[0] != truths[1]:
-            notes.append(f"{name}: the reference was {truths[0]}, now {truths[1]}")
-        newly = [text for text in scene_after.disagreements if text not in scene.disagreements]
-        notes += [f"{name}: {text}" for text in newly]
-    notes += [f"{name}: in the second run only" for name in new if name not in old]
     slower = slower if before.machine == after.machine else float("inf")
     changes: list[Change] = []
     for name in [*old, *(name for name in new if name not in old)]:
-        was, now = old.get(name), new.get(name)
-        scenes = [scene for scene in (was, now) if scene is not None]
+        was, now, least = old.get(name), new.get(name), 0.0
+        if was is None or now is None:
+            notes.append(f"{name}: in the {'second' if was is None else 'first'} run only")
+        else:
+            if differing := differences(was, now):
+                told = "; ".join(differing)
+                notes.append(f"{name}: the scene differs (plain numbers are SI): {told}")
+            if problem_of(was) != problem_of(now):
+                first, second, told = at_common_loads(was, now)
+                notes += [f"{name}: {told}"] if told else []
+                both = (was, now) if told and len(first.rows) else ()
+                largest = [np.nanmax(np.abs(run.rows[run.control])) for run in both]
+                if both and abs(largest[0] - largest[1]) > MOVED * max(largest):
+                    least = min(was.tolerance, now.tolerance)  # the move that counts
+                    told = f"moves on its grids count beyond {fmt.tolerance(least)}"
+                    notes.append(f"{name}: N is of the largest load, which differs: {told}")
+                was, now = first, second
+            truths = [
+                run.reference.method and f"{run.reference.method} {run.reference.resolution}"
+                for run in (was, now)
+            ]
+            if truths[0] != truths[1]:
+                told = ", now ".join(truth or "none" for truth in truths)
+                notes.append(f"{name}: the reference was {told}")
+            newly = [text for text in now.disagreements if text not in was.disagreements]
+            notes += [f"{name}: {text}" for text in newly]
         solves = dict.fromkeys(
             (method, int(n))
-            for scene in scenes
+            for scene in (was, now)
+            if scene is not None
             for method in dict.fromkeys(scene.rows["method"])
             for n in scene.resolutions_run(method)
         )
         for method, n in solves:
             counts = tolerances.get(method, moved)
-            if name in least and method != CLOSED_FORM:
-                counts = max(counts, least[name])
+            counts = counts if method == CLOSED_FORM else max(counts, least)
             changes.append(_change(name, method, n, was, now, counts, slower))
     return RunComparison(before, after, tuple(changes), tuple(notes))
 
