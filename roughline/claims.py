@@ -111,7 +111,7 @@ def check_claim(
 
     Examples
     --------
-    >>> check_claim("transform-cone").verdict
+    >>> check_claim("friction-law-force").verdict
     'holds'
     """
     if isinstance(claim, Mapping):

@@ -191,7 +191,7 @@ def test_a_shelf_is_crossed_in_a_jump_both_ways():
     assert all(event.dissipated > 0 for event in contact.events)
 
 
-@pytest.mark.parametrize("shape", list(SHAPES))
+@pytest.mark.parametrize("shape", ["sphere", "shelf", "table"])
 def test_the_work_of_the_force_is_stored_or_lost_in_jumps(shape):
     """U - pi w a^2 and what jumps lost change by int F dd, on a stable branch and around a cycle.
 

@@ -154,6 +154,7 @@ def hertz(elements=4, nu=0.3):
     return next(indent(body, lambda x, y: 0.5 * (x**2 + y**2), Load("penetration", 1.0)))
 
 
+@pytest.mark.slow
 def test_von_mises_and_largest_shear_on_the_axis_are_those_of_hertz():
     """Johnson 1985, eqs. 3.45, nu = 0.3: largest at 0.481 a, shear 0.310 p0, von Mises 0.620 p0.
 

@@ -127,6 +127,7 @@ def test_a_wave_of_traction_shears_lifts_and_is_dragged():
         assert np.abs(body.near(body.shear(traction)) - traction).max() < 1e-13
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("half_y", "bound"), [(1.0, 6e-4), (0.5, 4e-3)])
 def test_ellipses_are_as_stiff_as_mindlin_says(half_y, bound):
     """k_x/k_z over nu, both directions: edges cost both alike, the ratio keeps 1e-4 to 4e-3.

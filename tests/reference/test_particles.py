@@ -130,6 +130,7 @@ def test_units_do_not_change_the_answer():
     assert contact.force == pytest.approx(plain.force * 2e11 * 1e-18, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_nothing_pulls_and_nothing_overlaps():
     contact, _ = pressed(3)
     body_points = half_space_packing(Domain((4.5, 4.5), 7.5).half_widths)

@@ -187,6 +187,7 @@ def test_elements_are_the_half_space_some_cells_away(component):
     assert np.abs(ours - theirs)[8:, 8:].max() < 0.02 * scale
 
 
+@pytest.mark.slow
 def test_a_window_of_elements_is_of_the_same_elements():
     body = ShearBody((12, 12), (1.0, 1.0), Material(1.0, 0.3), element="linear", inertia=0.1)
     window = np.s_[:, 2:6, 3:7]
@@ -196,6 +197,7 @@ def test_a_window_of_elements_is_of_the_same_elements():
     assert_allclose(moved, body.shear(traction)[window], rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_coupled_roller_on_elements_is_that_on_the_half_space():
     press = ball(5, nu=0.2, coupled=True)
     body = elements(0.2)(press.body.shape, press.body.spacing[0])

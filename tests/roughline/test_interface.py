@@ -369,7 +369,7 @@ def test_a_notebook_shows_verdicts_in_words_and_colours_and_nothing_hostile(foun
 
 
 def test_everything_has_a_short_form_for_notebooks_and_terminals(found, results):
-    claim = roughline.check_claim("transform-cone")
+    claim = roughline.check_claim("friction-law-force")
     told = [
         (roughline.solve(BALL, "reduced", 10), "force F / "),
         (roughline.plan(BALL), "Left out: "),

@@ -170,6 +170,7 @@ def test_any_depth_is_right_once_the_body_is_let_go(depth, word):
     assert words[max(words)] == word
 
 
+@pytest.mark.slow
 def test_a_rough_surface_relaxes_on_the_grid():
     """A periodic patch under a constant force creeps: its depth and its area grow."""
     surface = {

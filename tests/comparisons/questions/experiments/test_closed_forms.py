@@ -71,7 +71,10 @@ ERRORS = [
     ("procedure", 0.1, {"quantity": "undefined", "variant": "literal"}, 0.494, 0.01),
     ("two-rough-bodies", 0.003, {}, 0.0, 0.05),
     ("two-rough-bodies", 0.01, MATES | {"correlation": 0.0}, 0.05, 0.1),
-    ("two-rough-bodies", 0.01, MATES | {"correlation": -0.8}, -0.29, 0.05),
+    pytest.param(
+        *("two-rough-bodies", 0.01, MATES | {"correlation": -0.8}, -0.29, 0.05),
+        marks=pytest.mark.slow,
+    ),
     *(
         ("contact-ends", 0.02, {"quantity": quantity, "model": "line", "exponent": 0.0}, 0.0, 0.1)
         for quantity in ("pressure", "gap")

@@ -81,6 +81,7 @@ def test_free_periods_with_and_without_flight(deepest):
     assert run.y[0, -1] == pytest.approx(deepest, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_small_forced_vibrations_are_linear_and_larger_ones_soften():
     """P = 1e-3 F0 at resonance with 10 % of critical damping times two: P/(c w0), to (A/d0)^2.
 

@@ -39,6 +39,7 @@ def test_strips_have_the_limit_of_square_cells(ratio):
     assert (errors < [0.01, 0.01, 0.015, 0.04]).all()
 
 
+@pytest.mark.slow
 def test_creep_coefficients_converge_faster_than_the_cells_shrink():
     """Of an order between the 3/2 of the ends of strips and 2; the bar of coarse grids holds.
 
