@@ -257,7 +257,7 @@ def test_a_typed_load_is_read_off_every_curve(followed):
     assert float(rows.locator("td").first.inner_text()) == pytest.approx(force, rel=1e-3)
     assert "at.scene-1=4" in page.url
     box.fill("99")
-    assert "Computed from" in page.locator("#scene-1 .figure-group .note").first.inner_text()
+    assert "Computed from" in page.locator("#scene-1 .figure-group .scroll .note").inner_text()
 
 
 def test_text_of_strangers_is_no_formula_in_a_spreadsheet(followed, tmp_path):
