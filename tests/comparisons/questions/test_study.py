@@ -128,6 +128,7 @@ def test_speeds_beyond_the_range_of_a_fit_are_not_lost(tmp_path):
     assert load_study(tmp_path).scenes[0].failures == []
 
 
+@pytest.mark.slow
 def test_files_for_paraview_are_whole_when_a_run_that_wrote_none_is_resumed(ball, tmp_path):
     """A run keeps what its pages show: displacements are solved for again."""
     Study(ball, tmp_path / "whole", paraview=True).run()
@@ -140,6 +141,7 @@ def test_files_for_paraview_are_whole_when_a_run_that_wrote_none_is_resumed(ball
         assert set(later.point_data | later.cell_data) == set(whole.point_data | whole.cell_data)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("killed", [False, True])
 def test_the_finest_grid_has_all_that_pages_show_when_a_run_is_resumed_with_fewer(
     scene, tmp_path, killed
@@ -189,6 +191,7 @@ def test_the_body_is_stressed_on_the_finest_grid_alone(scene):
     np.testing.assert_array_equal(coarse.fields["pressure"], fine.fields["pressure"])
 
 
+@pytest.mark.slow
 def test_a_run_that_is_killed_while_it_writes_leaves_no_verdicts_beside_other_rows(
     ball, tmp_path, monkeypatch
 ):
@@ -250,6 +253,7 @@ def test_a_finished_folder_is_named_as_such_and_resuming_it_keeps_its_time(ball,
     assert again.seconds > first.seconds
 
 
+@pytest.mark.slow
 def test_what_the_comparison_takes_counts_into_the_time_of_the_run(ball, tmp_path, monkeypatch):
     """Proofs of the quick suite once took longer than the four minutes that it claimed."""
     compared = study_module.record_scene
@@ -284,6 +288,7 @@ def test_resuming_and_overwriting_exclude_each_other(ball, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_overwriting_solves_everything_anew_and_spares_other_files(ball, tmp_path, counted):
     (tmp_path / "notes.txt").write_text("mine")
     Study(ball, tmp_path, overwrite=True).run()
@@ -355,6 +360,7 @@ def test_a_lost_load_is_told_with_the_reason_of_the_same_surface(rough, tmp_path
     assert [reason for _, reason in study.lost()] == [told]
 
 
+@pytest.mark.slow
 def test_an_interrupted_block_of_realisations_is_not_half_a_mean(rough, tmp_path, monkeypatch):
     """Two blocks of 25; with one of them, no mean of the ensemble is shown."""
     many = rough(realisations=30, compare={"methods": ["bem_fft"], "resolutions": [16]})

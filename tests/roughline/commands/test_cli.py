@@ -812,9 +812,10 @@ def test_control_c_is_code_3_whatever_becomes_of_it(tmp_path, becomes):
     ("place", "fault", "code", "end"),
     [
         ("study.store.save_study", "ValueError('a bug')", 1, "ValueError: a bug\n"),
-        (
+        pytest.param(
             *("everyday._write_study", "OSError(28, 'disk full')"),
             *(2, "cannot read or write: [Errno 28] disk full\n"),
+            marks=pytest.mark.slow,
         ),
     ],
 )
