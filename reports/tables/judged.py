@@ -28,9 +28,8 @@ def verdict_table(scenes: Sequence[SceneRecord], method: str, *, reasons: bool =
     rows = []
     for scene in scenes:
         cheapest = advise(scene).cheapest
-        best = "" if cheapest is None else cheapest.text
-        for index, judgement in enumerate(scene.verdicts_on(method)):
-            first = index == 0
+        name, best = scene.name, "" if cheapest is None else cheapest.text
+        for judgement in scene.verdicts_on(method):
             label = quantity(judgement.quantity).label
             if judgement.word == NO_RESULT:
                 asked = judgement.counts and judgement.offered
@@ -40,10 +39,10 @@ def verdict_table(scenes: Sequence[SceneRecord], method: str, *, reasons: bool =
                 text = f"{judgement.word} {fmt.tolerance(judgement.tolerance)}{judgement.lacking}"
                 because = f", {judgement.band}" if judgement.band else ""
             judged = cells.verdict(judgement.word, text=text + because if reasons else text)
-            sides = (scene.name, best) if first else ("", "")
             error = cells.of_verdict(judgement)
             true = true_value(scene, judgement.quantity)
-            rows.append((sides[0], label, error, judgement.when, judged, true, sides[1]))
+            rows.append((name, label, error, judgement.when, judged, true, best))
+            name = best = ""  # of a scene only its first row has them
     heads = ("scene", "quantity", "largest error", "at", "verdict", TRUE, "cheapest")
     found = table(heads, rows, title=fmt.capitalised(title_in(scenes, method)))
     return found if any(row[3] for row in rows) else found.without("at")

@@ -49,7 +49,8 @@ const reaching = (scene, tolerance) => [...new Set(scene.settings.map((one) => o
   .map((sure) => sure.reduce((best, one) => time(one) < time(best) ? one : best))
   .sort((a, b) => time(a) - time(b));
 
-const toneOf = (word) => word.replace(" ", "-");
+const TONES = { yes: "within", no: "outside", "not known": "not-resolved", "in part": "partly" };
+const toneOf = (word) => word.endsWith(" only") ? "partly" : TONES[word] ?? word.replace(" ", "-");
 const asBadge = (node, word) => {
   node.className = `verdict ${toneOf(word)}`;
   node.textContent = word;
@@ -132,8 +133,6 @@ const judgeFinding = (table) => {
   table.tBodies[0].replaceChildren(...findingOf(table.dataset.method).map(([scenes, use, ...rest]) => {
     const badge = element("span");
     asBadge(badge, use);
-    if (use.endsWith(" only") || use === "in part") badge.className = "verdict partly";
-    if (KINDS.includes(use)) badge.className = `verdict ${["within", "outside", "not-resolved"][KINDS.indexOf(use)]}`;
     return element("tr", {}, element("th", { scope: "row" }, scenes), element("td", { "data-label": "use it?" }, badge),
       ...rest.map((text, place) => element("td", { "data-label": heads[place + 2], class: text === "–" ? "none" : "" }, text)));
   }));
