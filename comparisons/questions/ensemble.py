@@ -168,6 +168,7 @@ class Ensemble(Campaign[list[bundles.Bundle], bundles.EnsembleResult]):
                 f"{self.directory} has surfaces of another scene, method or version ({names}): "
                 "choose another --out"
             )
+        self.merged = record.runs
         return record.seconds
 
 

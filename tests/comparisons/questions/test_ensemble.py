@@ -93,6 +93,9 @@ def test_parts_and_bundles_of_any_size_give_the_same_digits(whole, many, tmp_pat
     assert merged.statistics.equals(whole.statistics)
     assert merged.record.missing == []
     assert load_ensemble(tmp_path / "all") == merged.record
+    assert len(merged.record.runs) == 3
+    again = Ensemble(many(), tmp_path / "all", resume=True).run()
+    assert again.record.runs == merged.record.runs
 
 
 def test_a_part_may_be_empty(many, tmp_path):
