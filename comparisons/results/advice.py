@@ -232,9 +232,9 @@ class Advice:
         truth, level = record.reference.method, record.reference.resolution
         truth_text = "closed form"
         if truth != CLOSED_FORM:
-            bar, worst = self.truth_known_to
-            accuracy = f"known to {relative(bar)} in {quantity(worst).label}" if worst else ""
-            if not worst:
+            bar, widest = self.truth_known_to
+            accuracy = f"known to {relative(bar)} in {quantity(widest).label}" if widest else ""
+            if not widest:
                 grids = set(record.solved_rows(truth)["resolution"])
                 alone = ": only one resolution was run" if len(grids) == 1 else ""
                 accuracy = f"its error is not known{alone}"
@@ -312,7 +312,7 @@ def _by_time(setting: Setting) -> float:
 
 def wide_truth(record: SceneRecord, effort: str) -> str:
     """Return that the reference is known worse than the tolerance; "" where it is not."""
-    bar, worst = advise(record).truth_known_to
+    bar, widest = advise(record).truth_known_to
     if not bar > record.tolerance:
         return ""
     truth = record.reference.method
@@ -321,5 +321,5 @@ def wide_truth(record: SceneRecord, effort: str) -> str:
     limit = tolerance(record.tolerance)
     return (
         f"reference: {record.title_of(truth)}, known to {relative(bar)} in "
-        f"{quantity(worst).label}, wider than the tolerance of {limit}{refined}"
+        f"{quantity(widest).label}, wider than the tolerance of {limit}{refined}"
     )

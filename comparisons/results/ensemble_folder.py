@@ -113,7 +113,9 @@ def summary(files: Files, control: str, loads: list[float]) -> tuple[SettingReco
     digest, names = hashlib.sha256(), [""]
 
     def blocks() -> Iterator[np.ndarray]:
-        for names[:], values in curves(files, len(loads), _BLOCK):
+        nonlocal names
+        for own, values in curves(files, len(loads), _BLOCK):
+            names = own
             digest.update(values.tobytes())
             yield values
 
