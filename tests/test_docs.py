@@ -176,6 +176,7 @@ def test_the_stored_run_is_about_the_claims_as_their_files_state_them():
         stated = ("text", "equation", "reading", "tolerance", "refuted_by", "theorem")
         assert {key: getattr(told, key) for key in stated} == claim.model_dump(include=set(stated))
         assert (told.effort, told.verdict, told.what) == ("full", claim.expected, claim.what)
+        assert told.expected == claim.expected
 
 
 def test_the_function_of_the_page_is_the_shipped_example():

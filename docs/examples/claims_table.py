@@ -67,6 +67,7 @@ def _bare(claim: ClaimRecord, file: Claim) -> ClaimRecord:
         "refuted_by": file.refuted_by,
         "author": file.author,
         "confirmed_by": file.confirmed_by,
+        "expected": file.expected,
         "points": _without_details(claim.points),
         "draws": _without_details(claim.draws),
         "nuisances": [
