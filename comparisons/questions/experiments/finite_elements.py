@@ -40,8 +40,8 @@ _RECIPE = {
     },
     "compare.quantities": ["penetration", "contact_area"],
 }  # fmt: skip
-# The shortest wave has four points on 16; on coarser grids the error is not a power law. Four
-# octaves, as one grid alone may meet the highest peak by chance.
+# The shortest wave has four points on 16; on coarser grids the error is not a power law. There
+# are four, as one alone may meet the highest peak by chance.
 _DOUBLED = (16, 32, 64, 128)
 # Of meshes that repeat from cell to cell, too, and finer: they cost as little as boundary elements.
 _REPEATING = (32, 64, 96, 128)
@@ -103,7 +103,7 @@ def measure_series(method: str, effort: str, mesh: str) -> Series:
 
     def solve(name: str, points: int) -> tuple[np.ndarray, float, float]:
         least, spent = np.inf, 0.0
-        while spent < 1:  # other work on the machine only adds: the least time of a second's counts
+        while spent < 1:  # other work only adds time: repeat for a second, keep the least
             solution = execute(task_of(plan, name, points, realisations))
             if not solution.converged.all():
                 raise ArithmeticError(f"{name} at {points} points: {solution.reasons}")
@@ -138,7 +138,8 @@ def finite_element_cost(
     For one surface and three loads. Compared at the grids on which either method reaches the rms
     `accuracy` of the penetration (the coarsest where all do, else from fitted laws c N^p of error
     and cost), or at `points` per side. The measurable form of the statement is that the cost of
-    the other method is a small share; its bar is the scatter of the fits.
+    the other method is a small share; its bar is the scatter of the fits, and a cost measured on
+    the coarsest grid has none.
     """
     if against == MODEL and not points:
         raise ValueError("a line does not converge to the surface: compare with reduced at points")
