@@ -103,6 +103,20 @@ def test_a_slower_model_is_told_and_no_drift(before):
     assert not told.drifted
 
 
+def test_references_that_differ_are_a_drift_where_none_did_before(before):
+    def differing(*texts):
+        scenes = (replace(before.scenes[0], disagreements=texts),)
+        return before.model_copy(update={"scenes": scenes})
+
+    told = about(drift(differing("A and B differ by 2 %."), before), AGREEMENT)
+    assert (told.drifted, told.notable) == (False, False)
+    known, new = "A and B differ by 3 %.", "A and C differ by 3 %."
+    told = about(drift(differing("A and B differ by 2 %."), differing(known)), AGREEMENT)
+    assert (told.text, told.drifted, told.notable) == (f"as in the baseline: {known}", False, True)
+    told = about(drift(differing(known), differing(known, new)), AGREEMENT)
+    assert (told.text, told.drifted) == (f"{known} {new}", True)
+
+
 def test_a_quantity_that_vanished_is_a_drift(before):
     lost = drift(before, with_model(before, "force", float("nan")))
     assert about(lost, MODEL).text.endswith("no value of force any more")

@@ -256,14 +256,20 @@ def test_one_sentence_counts_the_solves_of_both_runs(tmp_path):
 
 
 def test_versions_scenes_and_truths_that_differ_are_named(tmp_path):
-    after = study(tmp_path, versions={"numpy": "3.0"})
+    before, after = study(tmp_path), study(tmp_path, versions={"numpy": "3.0"})
+    known = replace(before.scenes[0], disagreements=("A and B differ.", "A and C differ."))
     scene = replace(after.scenes[0], text="other", reference=Reference("fem", 6, ""))
+    scene = replace(scene, disagreements=("A and C differ.", "B and C differ."))
     other = replace(after.scenes[0], name="cone")
-    record = compare_runs(study(tmp_path), after.model_copy(update={"scenes": (scene, other)}))
+    record = compare_runs(
+        before.model_copy(update={"scenes": (known,)}),
+        after.model_copy(update={"scenes": (scene, other)}),
+    )
     assert record.notes == (
         "numpy: 2.0 before, 3.0 after",
         "ball: the scene differs (plain numbers are SI): text: not given → 'other'",
         "ball: the reference was bem_fft 20, now fem 6",
+        "ball: B and C differ.",
         "cone: in the second run only",
     )
     assert [list(c.kinds) for c in record.changes if c.scene == "cone"] == [[ONE_SIDED]] * 2
