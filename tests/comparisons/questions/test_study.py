@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from comparisons.errors import ResultsError
-from comparisons.judging.truth import NO_REFERENCE
+from comparisons.judging.truth import NO_REFERENCE, Truth
 from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.methods.registry import SOLVERS, concerned
 from comparisons.questions import study as study_module
@@ -87,6 +87,24 @@ def test_a_run_leaves_the_files_of_the_contract(ball, tmp_path):
     assert record.command == "roughline run test.toml"
     assert record.machine["threads"] == 1
     assert "numpy" in record.versions
+
+
+def test_bars_are_recorded_at_every_load_and_small_disagreements_as_footnotes(
+    ball, tmp_path, monkeypatch
+):
+    """A disagreement is said in one place."""
+
+    def told(truth, quantities, tolerance=0.0, titles=()):
+        return ("large",) if tolerance else ("large", "small")
+
+    monkeypatch.setattr(Truth, "disagreements", told)
+    (scene,) = Study(ball, tmp_path).run().scenes
+    loads = len(ball[0].loads.values)
+    assert loads > 1
+    bars = scene.reference.sources["force"]
+    assert bars
+    assert all(len(bar) == loads for bar in bars.values())
+    assert (scene.disagreements, scene.reference.footnotes) == (("large",), ("small",))
 
 
 def test_code_is_compiled_before_the_first_solve_here_and_only_for_what_is_missing(
