@@ -7,8 +7,9 @@ space-filling sample of all of them shows what they do together. Quick effort as
 only: it measures nothing that cannot change it.
 
 The record of a full run carries a digest of all modules of ours that a claim's experiment, or the
-solvers of its scene, import in turn, and of the claim's own keys: it tells which stored verdicts
-are older than the code that they came from. Comments and docstrings do not enter it.
+solvers of its scene, import in turn, of the data and built-in scenes that an experiment reads, and
+of the claim's own keys: it tells which stored verdicts are older than what they came from. Comments
+and docstrings of code do not enter it.
 """
 
 from __future__ import annotations
@@ -63,6 +64,7 @@ from comparisons.questions.experiments import EXPERIMENTS, Measurement
 from comparisons.questions.experiments.experiment import Effort
 from comparisons.reasons import one_line
 from comparisons.results.folder import Header, Layout
+from comparisons.scene.scene import builtin_folder
 from comparisons.solving.inquiries import A, Inquiry, answer_of, together, value_of
 from comparisons.solving.jobs import Archive, Done, Job, JobKind
 
@@ -518,6 +520,8 @@ def digest_of(claim: Claim) -> str:
         starts = [EXPERIMENTS[claim.experiment].run.__module__]
         if registry.__name__ in imported(starts):  # it solves scenes, by whatever method is found
             starts += [maker.__module__ for makers in registry.SOLVERS.values() for maker in makers]
+        read = sorted({path for module in imported(starts) for path in _code(module)[2]})
+        keys += "".join(path.read_text(encoding="utf-8") for path in read)
     else:
         first = None if claim.vary is None else claim.vary.start
         sides = claim.under(claim.as_stated).sides(first)
@@ -558,20 +562,27 @@ def _file(module: str) -> Path | None:
 
 
 @cache
-def _code(module: str) -> tuple[str, tuple[str, ...]]:
-    """Return the digest of a module without its docstrings, and the modules that it may import."""
+def _code(module: str) -> tuple[str, tuple[str, ...], tuple[Path, ...]]:
+    """Return the digest of a module without docstrings, and what it may import and read."""
     file = _file(module)
     assert file is not None
     tree = ast.parse(file.read_bytes())
     names: list[str] = []
+    data: list[Path] = []
     for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            names += [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom):
-            origin = node.module or ""
-            names += [origin, *(f"{origin}.{alias.name}" for alias in node.names)]
-        elif isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(
-            node, clean=False
-        ):
-            del node.body[0]
-    return hashlib.sha256(ast.dump(tree).encode()).hexdigest(), tuple(names)
+        match node:
+            case ast.Import():
+                names += [alias.name for alias in node.names]
+            case ast.ImportFrom():
+                origin = node.module or ""
+                names += [origin, *(f"{origin}.{alias.name}" for alias in node.names)]
+            case ast.Constant(value=str(name)) if name.endswith(".toml"):
+                data.append(file.parent / name)
+            case ast.Call(func=ast.Name("load_scene"), args=[ast.Constant(value=str(name)), *_]):
+                data.append(builtin_folder() / f"{name}.toml")
+            case ast.Module() | ast.ClassDef() | ast.FunctionDef() if ast.get_docstring(
+                node, clean=False
+            ):
+                del node.body[0]
+    code = hashlib.sha256(ast.dump(tree).encode()).hexdigest()
+    return code, tuple(names), tuple(path for path in data if path.is_file())

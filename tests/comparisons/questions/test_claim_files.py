@@ -247,6 +247,16 @@ def test_a_verdict_hangs_on_the_code_of_its_method_where_that_is_not_installed_t
     assert live.__name__ in starts
 
 
+def test_a_verdict_hangs_on_the_data_and_the_scenes_that_its_experiment_reads():
+    experiments = "comparisons.questions.experiments"
+    read = {
+        path.name
+        for name in ("rough_contact", "finite_elements", "yielding")
+        for path in subject._code(f"{experiments}.{name}")[2]
+    }
+    assert read == {"readings.toml", "rough-patch.toml", "plastic-rough.toml"}
+
+
 @pytest.mark.slow
 def test_a_verdict_is_old_when_its_keys_or_its_code_have_changed(stored, monkeypatch):
     kernel, _ = stored
@@ -256,7 +266,7 @@ def test_a_verdict_is_old_when_its_keys_or_its_code_have_changed(stored, monkeyp
     code = subject._code
     changed = "reference.halfspace.kernels"
     monkeypatch.setattr(
-        subject, "_code", lambda module: ("new", ()) if module == changed else code(module)
+        subject, "_code", lambda module: ("new", (), ()) if module == changed else code(module)
     )
     assert changed in imported(["comparisons.questions.experiments.boundary_elements"])
     assert stale(stored) == ["kernel-printed", "punch-square"]
